@@ -13,6 +13,8 @@
 //! - If there are parts, `parts` (f64, `[parts, 18]`) MUST be present: for each, in the order of
 //!   the pieces, the weights of the target face's corners at the part's three corners, then those
 //!   of the source face's.
+//! - If pieces lie in UDIM tiles other than the unit square, `tiles.pieces`, `tiles.pieces.corners`
+//!   and, if there are parts, `tiles.parts` MUST be present: as the three above, for these pieces.
 //! - Version 1 has `links` and `links.corners` instead: the same tensors, without parts.
 //! - `checksum` MUST be the SHA-256 of the whole file with the checksum's 64 digits set to `0`.
 //! - Other tensors and keys MAY be present; readers of this version ignore them.
@@ -194,35 +196,9 @@ pub fn encode(file: &PairFile) -> Result<Vec<u8>, PairFileError> {
             Saved::u32(format!("{side}.sizes"), None, sizes),
         ]);
     }
-    let pieces = || file.pair.pieces();
-    let faces = pieces().flat_map(|piece| [piece.target, piece.source]);
-    tensors.push(Saved::u32(PIECES.to_owned(), Some(2), faces));
-    let mut parts = Vec::new();
-    let corners = pieces().flat_map(|piece| match piece.extent {
-        Extent::Whole(corners) => corners,
-        Extent::Part { target, source } => {
-            parts.extend([target, source]);
-            PART
-        }
-    });
-    tensors.push(Saved {
-        name: PIECE_CORNERS.to_owned(),
-        dtype: Dtype::U8,
-        shape: vec![file.pair.piece_count(), 3],
-        bytes: corners.collect(),
-    });
-    if !parts.is_empty() {
-        tensors.push(Saved {
-            name: PARTS.to_owned(),
-            dtype: Dtype::F64,
-            shape: vec![parts.len() / 2, PART_VALUES],
-            bytes: parts
-                .as_flattened()
-                .as_flattened()
-                .iter()
-                .flat_map(|weight| weight.to_le_bytes())
-                .collect(),
-        });
+    save_pieces(&mut tensors, file.pair.pieces(), PIECE_TENSORS);
+    if file.pair.pieces_in_other_tiles().len() > 0 {
+        save_pieces(&mut tensors, file.pair.pieces_in_other_tiles(), TILE_TENSORS);
     }
     let views = tensors
         .iter()
@@ -262,7 +238,11 @@ pub fn decode(bytes: &[u8]) -> Result<PairFile, PairFileError> {
 
     let source = read_mesh(&tensors, "source", &header.source)?;
     let target = read_mesh(&tensors, "target", &header.target)?;
-    let pieces = read_pieces(&tensors, version)?;
+    let names = if version == 1 { FIRST_TENSORS } else { PIECE_TENSORS };
+    let pieces = read_pieces(&tensors, names)?;
+    let has_tiles = version > 1 && tensors.tensor(TILE_TENSORS.faces).is_ok();
+    let in_tiles = has_tiles.then(|| read_pieces(&tensors, TILE_TENSORS)).transpose()?;
+    let pieces = pieces.chain(in_tiles.into_iter().flatten());
     Ok(PairFile {
         pair: Arc::new(Pair::from_pieces(source, target, pieces)?),
         source_name: header.source.name,
@@ -277,17 +257,71 @@ const PART: [u8; 3] = [3; 3];
 /// Weights of a part: of three corners in each of two faces.
 const PART_VALUES: usize = 18;
 
-const PIECES: &str = "pieces";
-const PIECE_CORNERS: &str = "pieces.corners";
-const PARTS: &str = "parts";
+/// The names of the tensors of pieces.
+#[derive(Clone, Copy)]
+struct PieceTensors {
+    faces: &'static str,
+    corners: &'static str,
+    /// `None` where there are no parts.
+    parts: Option<&'static str>,
+}
 
-/// For a file of any version.
-fn read_pieces(
-    tensors: &SafeTensors<'_>,
-    version: u32,
-) -> Result<impl Iterator<Item = Piece>, PairFileError> {
-    let [pieces_name, corners_name] =
-        if version == 1 { ["links", "links.corners"] } else { [PIECES, PIECE_CORNERS] };
+const PIECE_TENSORS: PieceTensors =
+    PieceTensors { faces: "pieces", corners: "pieces.corners", parts: Some("parts") };
+/// Of the pieces in other tiles than the unit square.
+const TILE_TENSORS: PieceTensors = PieceTensors {
+    faces: "tiles.pieces",
+    corners: "tiles.pieces.corners",
+    parts: Some("tiles.parts"),
+};
+/// Of version 1.
+const FIRST_TENSORS: PieceTensors =
+    PieceTensors { faces: "links", corners: "links.corners", parts: None };
+
+/// Adds the tensors of pieces.
+fn save_pieces(
+    tensors: &mut Vec<Saved>,
+    pieces: impl ExactSizeIterator<Item = Piece> + Clone,
+    names: PieceTensors,
+) {
+    let count = pieces.len();
+    let faces = pieces.clone().flat_map(|piece| [piece.target, piece.source]);
+    tensors.push(Saved::u32(names.faces.to_owned(), Some(2), faces));
+    let mut parts = Vec::new();
+    let corners = pieces.flat_map(|piece| match piece.extent {
+        Extent::Whole(corners) => corners,
+        Extent::Part { target, source } => {
+            parts.extend([target, source]);
+            PART
+        }
+    });
+    tensors.push(Saved {
+        name: names.corners.to_owned(),
+        dtype: Dtype::U8,
+        shape: vec![count, 3],
+        bytes: corners.collect(),
+    });
+    if let (Some(name), false) = (names.parts, parts.is_empty()) {
+        tensors.push(Saved {
+            name: name.to_owned(),
+            dtype: Dtype::F64,
+            shape: vec![parts.len() / 2, PART_VALUES],
+            bytes: parts
+                .as_flattened()
+                .as_flattened()
+                .iter()
+                .flat_map(|weight| weight.to_le_bytes())
+                .collect(),
+        });
+    }
+}
+
+/// Pieces in the tensors of these names.
+fn read_pieces<'a>(
+    tensors: &SafeTensors<'a>,
+    names: PieceTensors,
+) -> Result<impl Iterator<Item = Piece> + 'a, PairFileError> {
+    let PieceTensors { faces: pieces_name, corners: corners_name, parts: parts_name } = names;
     let faces = rows::<2>(tensors, pieces_name, Dtype::U32)?;
     let corners = tensor(tensors, corners_name, Dtype::U8, Some(3))?;
     let (corners, _) = corners.as_chunks::<3>();
@@ -297,15 +331,20 @@ fn read_pieces(
         let problem = format!("must have {count} rows as `{pieces_name}`, got {found}");
         return Err(PairFileError::Tensor { name: corners_name.to_owned(), problem });
     }
-    let is_part = move |corners: [u8; 3]| version > 1 && corners == PART;
+    let is_part = move |corners: [u8; 3]| parts_name.is_some() && corners == PART;
     let wanted = corners.iter().filter(|&&corners| is_part(corners)).count();
-    let parts =
-        if wanted > 0 { tensor(tensors, PARTS, Dtype::F64, Some(PART_VALUES))? } else { &[] };
+    let parts: &[u8] = match parts_name {
+        Some(name) if wanted > 0 => tensor(tensors, name, Dtype::F64, Some(PART_VALUES))?,
+        _ => &[],
+    };
     let (parts, _) = parts.as_chunks::<8>().0.as_chunks::<3>().0.as_chunks::<6>();
     if parts.len() != wanted {
         let problem =
             format!("must have {wanted} rows as `{corners_name}` states, got {}", parts.len());
-        return Err(PairFileError::Tensor { name: PARTS.to_owned(), problem });
+        return Err(PairFileError::Tensor {
+            name: parts_name.unwrap_or("parts").to_owned(),
+            problem,
+        });
     }
     let mut parts = parts.iter();
     Ok(faces.zip(corners).map(move |(faces, &corners)| {
@@ -565,6 +604,34 @@ mod tests {
             flipped[place] ^= 0x10;
             assert!(decode(&flipped).is_err(), "byte {place} flipped");
         }
+    }
+
+    #[test]
+    fn pieces_in_other_tiles_are_kept() {
+        let uv = vec![[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [3.0, 0.0], [2.0, 0.0], [3.0, 1.0]];
+        let positions = vec![[0.0; 3]; 6];
+        let faces = [[0, 1, 2], [3, 4, 5]];
+        let mesh = Mesh::from_triangles(positions, uv, &faces, &faces).unwrap();
+        let half = [0.5, 0.5, 0.0];
+        let whole = Piece::whole(0, 0, [0, 1, 2]);
+        let across = Piece::part(
+            (1, [[1.0, 0.0, 0.0], half, [0.0, 0.0, 1.0]]),
+            (0, [half, [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]]),
+        );
+        let pair = Pair::from_pieces(mesh.clone(), mesh, [across, whole]).unwrap();
+        assert_eq!(pair.pieces().collect::<Vec<_>>(), [whole]);
+        assert_eq!(pair.pieces_in_other_tiles().collect::<Vec<_>>(), [across]);
+        let file = PairFile { pair: Arc::new(pair), ..file() };
+        let bytes = encode(&file).unwrap();
+        assert_eq!(decode(&bytes).unwrap(), file);
+        let names = ["tiles.pieces", "tiles.parts"];
+        let has = |bytes: &[u8], name: &str| {
+            bytes.windows(name.len()).any(|found| found == name.as_bytes())
+        };
+        assert!(names.iter().all(|name| has(&bytes, name)));
+        // Pairs of unit squares are written as before.
+        let plain = encode(&with_parts()).unwrap();
+        assert!(names.iter().all(|name| !has(&plain, name)));
     }
 
     #[test]

@@ -44,6 +44,11 @@ impl Failure {
         self.fault
     }
 
+    /// The same fault with another message.
+    pub(crate) fn with_message(self, message: String) -> Self {
+        Self { message, ..self }
+    }
+
     /// Prepends what was attempted to the message.
     #[must_use]
     pub fn context(self, what: impl Display) -> Self {

@@ -42,6 +42,7 @@ mod plan;
 mod region;
 mod run;
 mod stream;
+mod tiles;
 mod transfer;
 mod worker;
 

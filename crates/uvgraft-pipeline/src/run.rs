@@ -35,6 +35,9 @@ impl Transfer {
     /// an output that cannot be written, or cancellation by the observer.
     pub fn run(&self, observer: &dyn Observer) -> Result<Transferred> {
         self.check()?;
+        if self.is_tiled()? {
+            return self.run_tiled(observer);
+        }
         let mut plan = Plan::new(self)?;
         self.check_outputs(&plan)?;
         let fingerprints = self.fingerprints(&plan)?;

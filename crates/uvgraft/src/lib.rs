@@ -67,6 +67,8 @@ mod surface;
 pub mod tangents;
 pub mod texture;
 pub mod threads;
+pub mod tile;
+pub mod tile_atlas;
 
 pub use anatomy::{Anatomy, AnatomyError, Area, HeadFrame, Landmark};
 pub use blend::{
@@ -98,3 +100,5 @@ pub use tangents::{TangentFrame, TangentFrames};
 pub use texture::{
     Channels, Depth, Size, Sizes, TexelFormat, Texels, TexelsMut, Texture, TextureError, Value,
 };
+pub use tile::{Tile, TileError};
+pub use tile_atlas::{TileAtlas, TileAtlasError};

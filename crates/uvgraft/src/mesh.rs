@@ -4,8 +4,11 @@
 //! formats with the origin at the bottom left flip `v` once, on loading.
 
 mod parts;
+mod tiles;
 
 use std::ops::Range;
+
+pub(crate) use tiles::Placement;
 
 /// A mesh with a position and a UV coordinate at every corner.
 ///
@@ -285,9 +288,11 @@ impl Mesh {
     }
 }
 
+/// How far a face may reach beyond the border of its tile, which allows for rounding and half a texel.
+const MARGIN: f32 = 1e-3;
+
 /// Whether a UV coordinate is within the unit square, with a tolerance.
 fn is_inside(coordinate: &f32) -> bool {
-    const MARGIN: f32 = 1e-3;
     (*coordinate >= -MARGIN) & (*coordinate <= 1.0 + MARGIN)
 }
 

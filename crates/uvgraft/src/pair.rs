@@ -1,5 +1,7 @@
 //! Two layouts and their corresponding pieces: the input to sampling maps of any size.
 
+mod tiles;
+
 use crate::correspond::{LinkError, vertex_map};
 use crate::mesh::Mesh;
 use crate::piece::{FacePieces, Piece, PieceError, Pieces};
@@ -10,7 +12,10 @@ use crate::piece::{FacePieces, Piece, PieceError, Pieces};
 pub struct Pair {
     source: Mesh,
     target: Mesh,
+    /// Between the unit squares of both layouts.
     pieces: Pieces,
+    /// Between UDIM tiles of which at least one is not the unit square.
+    elsewhere: Pieces,
 }
 
 /// The direction of a transfer.
@@ -86,7 +91,8 @@ impl Pair {
     ///
     /// Faces are matched by their vertices, whichever corner they start at and whichever way they
     /// wind. Polygons may be retriangulated where the two meshes chose different diagonals.
-    /// Triangles outside the unit square of their layout are not linked: see [`Pair::from_pieces`].
+    /// Triangles outside the unit square of their layout are linked in their tiles alone: see
+    /// [`Pair::from_pieces`].
     ///
     /// # Errors
     /// [`LinkError`] for a map of the wrong length or with entries out of range, or if no face
@@ -103,9 +109,12 @@ impl Pair {
     /// Makes a pair of the pieces that a correspondence method found, in ascending order of their
     /// target face; `None` if no texture reaches any of them.
     pub(crate) fn of_found(source: Mesh, target: Mesh, found: Vec<Piece>) -> Option<Self> {
-        let mut pieces = Pieces::with_capacity(found.len());
-        found.into_iter().filter(reaches(&source, &target)).for_each(|piece| pieces.push(piece));
-        (pieces.len() > 0).then_some(Self { source, target, pieces })
+        let mut sorted = Sorted::with_capacity(found.len());
+        let reach = reach(&source, &target);
+        found.into_iter().for_each(|piece| sorted.push(piece, reach(&piece)));
+        let Sorted { pieces, elsewhere, .. } = sorted;
+        drop(reach);
+        (pieces.len() > 0).then_some(Self { source, target, pieces, elsewhere })
     }
 
     /// Makes a pair of pieces found by any method.
@@ -114,7 +123,8 @@ impl Pair {
     ///   overlap; areas without a piece stay unlinked.
     ///
     /// A texture has no texels outside the unit square, so pieces whose faces extend beyond it, by
-    /// more than a thousandth, are left out: [`Mesh::is_outside`].
+    /// more than a thousandth, are left out: [`Mesh::is_outside`]. Those whose faces lie wholly in
+    /// other UDIM tiles are kept apart from the others: [`Pair::pieces_in_other_tiles`].
     ///
     /// # Errors
     /// [`PairError`] if a piece does not fit the meshes or is given twice, or if none is left.
@@ -123,8 +133,8 @@ impl Pair {
         target: Mesh,
         pieces: impl IntoIterator<Item = Piece>,
     ) -> Result<Self, PairError> {
-        let pieces = checked(&source, &target, pieces)?;
-        Ok(Self { source, target, pieces })
+        let [pieces, elsewhere] = checked(&source, &target, pieces)?;
+        Ok(Self { source, target, pieces, elsewhere })
     }
 
     /// As [`Pair::from_pieces`], but keeps pieces outside the unit square: positions far outside
@@ -137,7 +147,7 @@ impl Pair {
     ) -> Self {
         let mut pieces = Pieces::default();
         all.into_iter().for_each(|piece| pieces.push(piece));
-        Self { source, target, pieces }
+        Self { source, target, pieces, elsewhere: Pieces::default() }
     }
 
     /// The mesh that textures come from in [`Direction::Forward`].
@@ -150,7 +160,8 @@ impl Pair {
         &self.target
     }
 
-    /// The pieces that correspond, in ascending order of their target face.
+    /// The pieces that correspond in the unit squares of both layouts, in ascending order of their
+    /// target face.
     pub fn pieces(&self) -> impl ExactSizeIterator<Item = Piece> + Clone {
         self.pieces.iter()
     }
@@ -191,49 +202,98 @@ impl Pair {
     }
 }
 
-/// Validates pieces and sorts them by target face, leaving out those that no texture reaches.
+/// Where textures reach a piece.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Reach {
+    /// In the unit squares of both layouts.
+    UnitSquares,
+    /// In UDIM tiles.
+    Tiles,
+    /// Nowhere.
+    Nowhere,
+}
+
+/// Pieces, sorted by where textures reach them.
+struct Sorted {
+    pieces: Pieces,
+    elsewhere: Pieces,
+    /// Whether either is in ascending order of target faces.
+    is_ascending: [bool; 2],
+    last: [u32; 2],
+}
+
+impl Sorted {
+    fn with_capacity(pieces: usize) -> Self {
+        Self {
+            pieces: Pieces::with_capacity(pieces),
+            elsewhere: Pieces::default(),
+            is_ascending: [true; 2],
+            last: [0; 2],
+        }
+    }
+
+    fn push(&mut self, piece: Piece, reach: Reach) {
+        let (pieces, index) = match reach {
+            Reach::UnitSquares => (&mut self.pieces, 0),
+            Reach::Tiles => (&mut self.elsewhere, 1),
+            Reach::Nowhere => return,
+        };
+        self.is_ascending[index] &= self.last[index] <= piece.target;
+        self.last[index] = piece.target;
+        pieces.push(piece);
+    }
+}
+
+/// Validates pieces and sorts them by target face: those in the unit squares and those in other tiles,
+/// without those that no texture reaches.
 fn checked(
     source: &Mesh,
     target: &Mesh,
     pieces: impl IntoIterator<Item = Piece>,
-) -> Result<Pieces, PairError> {
+) -> Result<[Pieces; 2], PairError> {
     let pieces = pieces.into_iter();
-    let reaches = reaches(source, target);
-    let mut checked = Pieces::with_capacity(pieces.size_hint().0);
-    let mut last = 0;
-    let mut is_sorted = true;
+    let reach = reach(source, target);
+    let mut found = Sorted::with_capacity(pieces.size_hint().0);
     let mut given = 0;
     for (index, piece) in pieces.enumerate() {
         given = index + 1;
         piece
             .check(target.faces().len(), source.faces().len())
             .map_err(|reason| PairError::Piece { piece: index, reason })?;
-        is_sorted &= last <= piece.target;
-        last = piece.target;
-        if reaches(&piece) {
-            checked.push(piece);
-        }
+        found.push(piece, reach(&piece));
     }
-    if checked.len() == 0 {
+    let Sorted { pieces, elsewhere, is_ascending, .. } = found;
+    if pieces.len() == 0 {
         return Err(PairError::Empty { given });
     }
-    if !is_sorted {
-        checked = checked.sorted();
+    let mut both = [pieces, elsewhere];
+    for (pieces, is_ascending) in both.iter_mut().zip(is_ascending) {
+        if !is_ascending {
+            *pieces = pieces.sorted();
+        }
+        if let Some([target_face, source_face]) = pieces.repeated() {
+            return Err(PairError::Repeated { target_face, source_face });
+        }
     }
-    match checked.repeated() {
-        None => Ok(checked),
-        Some([target_face, source_face]) => Err(PairError::Repeated { target_face, source_face }),
-    }
+    Ok(both)
 }
 
-/// A test for pieces: whether both faces lie where a texture has texels.
-fn reaches(source: &Mesh, target: &Mesh) -> impl Fn(&Piece) -> bool {
+/// Where textures reach a piece, by where both of its faces lie.
+fn reach(source: &Mesh, target: &Mesh) -> impl Fn(&Piece) -> Reach {
     let has_outside = [source, target].map(|mesh| !mesh.is_all_inside());
     move |piece| {
         let is_outside = |index: usize, mesh: &Mesh, face: u32| {
             has_outside[index] && mesh.is_outside(face as usize)
         };
-        !is_outside(0, source, piece.source) && !is_outside(1, target, piece.target)
+        if !is_outside(0, source, piece.source) && !is_outside(1, target, piece.target) {
+            return Reach::UnitSquares;
+        }
+        let has_tile = |mesh: &Mesh, face: u32| mesh.tile(face as usize).is_some();
+        if has_tile(source, piece.source) && has_tile(target, piece.target) {
+            Reach::Tiles
+        } else {
+            Reach::Nowhere
+        }
     }
 }
 

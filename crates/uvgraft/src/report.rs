@@ -2,7 +2,8 @@
 
 use crate::islands::Islands;
 use crate::map::{MapOptions, MapStats, SamplingMap};
-use crate::mesh::doubled_area;
+use crate::mesh::{Mesh, doubled_area};
+use crate::mesh_report::{TileFaces, tiles};
 use crate::pair::{Direction, Pair};
 use crate::piece::{Piece, wide};
 use crate::texture::{Size, Sizes};
@@ -51,12 +52,28 @@ pub struct LayoutReport {
     /// Linked triangles whose UV orientation differs from that of the larger part of the mesh.
     pub mirrored: usize,
     /// Triangles with UV coordinates outside the unit square, where a texture has no texels; none
-    /// of them is linked.
+    /// of them is linked there.
     pub outside: usize,
+    /// The UV tiles by the centroids of triangles; empty if all are in the unit square.
+    #[cfg_attr(feature = "serde", serde(skip_serializing_if = "Vec::is_empty"))]
+    pub tiles: Vec<TileFaces>,
+    /// Triangles that are linked only between UDIM tiles of which at least one is not the unit
+    /// square: [`Pair::pieces_in_other_tiles`].
+    #[cfg_attr(feature = "serde", serde(skip_serializing_if = "is_zero"))]
+    pub linked_in_other_tiles: usize,
+    /// Triangles that cross the border of a tile, or lie where there are none; none is linked.
+    #[cfg_attr(feature = "serde", serde(skip_serializing_if = "is_zero"))]
+    pub in_no_tile: usize,
     /// The texture size that the following statistics are for.
     pub size: Size,
     /// Texel counts of a texture that receives a transfer.
     pub texels: MapStats,
+}
+
+#[cfg(feature = "serde")]
+#[expect(clippy::trivially_copy_pass_by_ref, reason = "serde passes references")]
+fn is_zero(count: &usize) -> bool {
+    *count == 0
 }
 
 /// Order statistics of a set of numbers.
@@ -129,6 +146,17 @@ impl LayoutReport {
             let faces = areas.iter().enumerate();
             faces.filter(|(face, _)| !pieces.of_face(*face).is_empty()).map(|(_, area)| *area)
         };
+        let is_linked = |face: &u32| !pieces.of_face(*face as usize).is_empty();
+        let mut elsewhere: Vec<u32> = pair
+            .pieces_in_other_tiles()
+            .map(|piece| match direction {
+                Direction::Forward => piece.target,
+                Direction::Reverse => piece.source,
+            })
+            .filter(|face| !is_linked(face))
+            .collect();
+        elsewhere.sort_unstable();
+        elsewhere.dedup();
         Self {
             vertices: mesh.positions().len(),
             uv_coordinates: mesh.uv().len(),
@@ -139,16 +167,24 @@ impl LayoutReport {
             degenerate: linked_areas().filter(|&area| area == 0.0).count(),
             mirrored: linked_areas().filter(|&area| area * total < 0.0).count(),
             outside: (0..mesh.faces().len()).filter(|&face| mesh.is_outside(face)).count(),
+            tiles: other_tiles(mesh),
+            linked_in_other_tiles: elsewhere.len(),
+            in_no_tile: (0..mesh.faces().len()).filter(|&face| mesh.tile(face).is_none()).count(),
             size,
             texels: SamplingMap::new(pair, direction, size, &MapOptions::default()).stats(),
         }
     }
 }
 
+/// The tiles of a mesh, unless the unit square is the only one.
+fn other_tiles(mesh: &Mesh) -> Vec<TileFaces> {
+    let has_outside = (0..mesh.faces().len()).any(|face| mesh.is_outside(face));
+    if has_outside { tiles(mesh) } else { Vec::new() }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::mesh::Mesh;
 
     #[test]
     fn reports_count_faces_and_texels() {

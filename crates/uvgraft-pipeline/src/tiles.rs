@@ -1,0 +1,343 @@
+//! Transfers between UDIM tiles: textures with an image for each tile, under names with `<UDIM>`.
+//!
+//! The images of a texture are joined into an atlas, and for each tile of the target a transfer runs
+//! between the atlas and that tile's unit square, into a temporary folder. Only when all are done are
+//! the results moved into place.
+
+mod names;
+mod renamed;
+mod sources;
+
+use std::collections::{BTreeMap, BTreeSet};
+use std::path::{Path, PathBuf};
+
+use uvgraft::{Tile, TileAtlas};
+use uvgraft_io::output::{AtomicFile, TemporaryFolder};
+use uvgraft_io::pair_file::{self, PairFile};
+
+use crate::base_source::BaseSource;
+use crate::failure::{Blame, Failure, Result};
+use crate::material::{Role, Values};
+use crate::observer::{Event, Observer};
+use crate::outputs::Outputs;
+use crate::plan::{Job, Plan};
+use crate::transfer::{Correspondence, Existing, Inputs, MaterialMap, Transfer, Transferred};
+use names::{PLACEHOLDER, Pattern, numbered, with_placeholder};
+use renamed::Renamed;
+use sources::TiledSource;
+
+/// A texture, what it is for, and the outputs of its tiles.
+struct TiledJob {
+    values: Values,
+    role: Option<Role>,
+    source: TiledSource,
+    outputs: BTreeMap<Tile, PathBuf>,
+    bases: BTreeMap<Tile, Option<BaseSource>>,
+}
+
+impl Transfer {
+    /// Whether textures have an image for each tile. Numbers in file names count where the pair has
+    /// links in all tiles that they name.
+    pub(crate) fn is_tiled(&self) -> Result<bool> {
+        let has_placeholder =
+            |path: &Path| path.to_str().is_some_and(|it| it.contains(PLACEHOLDER));
+        let (sources, bases): (Vec<&Path>, Vec<&BaseSource>) = match &self.inputs {
+            Inputs::Textures { sources, onto, .. } => {
+                (sources.iter().map(PathBuf::as_path).collect(), onto.iter().collect())
+            }
+            Inputs::Material(maps) => (
+                maps.iter().map(|map| &*map.source).collect(),
+                maps.iter().filter_map(|map| map.onto.as_ref()).collect(),
+            ),
+        };
+        let bases = bases.into_iter().filter_map(BaseSource::path);
+        let outputs = std::iter::once(&*self.output).chain(self.mask.as_deref());
+        if sources.iter().copied().chain(bases).chain(outputs).any(has_placeholder) {
+            return Ok(true);
+        }
+        let numbers: Vec<Tile> =
+            sources.iter().filter_map(|path| numbered(path)).map(|it| it.1).collect();
+        let Correspondence::Pair(pair) = &self.correspondence else { return Ok(false) };
+        if numbers.is_empty() || numbers.len() < sources.len() {
+            return Ok(false);
+        }
+        let file = pair_file::read(pair).or_input()?;
+        let read: BTreeSet<Tile> =
+            file.pair.tiles(self.direction).map(|(_, [read, _])| read).collect();
+        Ok(read.iter().any(|tile| *tile != Tile::FIRST)
+            && numbers.iter().all(|it| read.contains(it)))
+    }
+
+    /// As [`Transfer::run`], tile by tile.
+    pub(crate) fn run_tiled(&self, observer: &dyn Observer) -> Result<Transferred> {
+        self.check_tiled()?;
+        let Correspondence::Pair(pair_path) = &self.correspondence else {
+            return Err(Failure::input(format!(
+                "{PLACEHOLDER} cannot be used with --with-map: a map has no tiles"
+            )));
+        };
+        let grouped = self.with_patterns()?;
+        let plan = Plan::new(&grouped)?;
+        let file = pair_file::read(pair_path).or_input()?;
+        let filled: BTreeSet<Tile> =
+            file.pair.tiles(self.direction).map(|(_, [_, filled])| filled).collect();
+        let jobs = grouped.tiled_jobs(&plan, &filled)?;
+        let masks = match &self.mask {
+            Some(mask) => names::of_tiles(mask, &filled, false)?,
+            None => BTreeMap::new(),
+        };
+        self.check_tiled_outputs(&plan, &jobs, &masks)?;
+        let folder = TemporaryFolder::create().or_work()?;
+        let mut done = Transferred::default();
+        let mut written = Vec::new();
+        for (index, job) in jobs.iter().enumerate() {
+            job.source.report_missing(&file.pair, self.direction, observer);
+            let at = folder.path().join(index.to_string());
+            std::fs::create_dir(&at).or_work()?;
+            let (atlas, texture) = job.source.join(&at)?;
+            for (&tile, output) in &job.outputs {
+                let masks = if index == 0 { masks.get(&tile) } else { None };
+                let step = Step { atlas: &atlas, texture: &texture, folder: &at, tile, output };
+                let Some(mut result) = self.run_step(job, &file, &step, masks, observer)? else {
+                    continue;
+                };
+                done.failures.append(&mut result.done.failures);
+                done.blend = done.blend.or(result.done.blend);
+                written.append(&mut result.written);
+            }
+        }
+        if done.failures.is_empty() {
+            if written.is_empty() {
+                return Err(Failure::input(format!(
+                    "{}: no links between the tiles of the textures and those of the outputs",
+                    pair_path.display()
+                )));
+            }
+            done.written = written.iter().filter(|(_, is_texture)| *is_texture).count();
+            if let Some(new) = &plan.new_folder {
+                std::fs::create_dir(new).or_input().map_err(|failure| {
+                    failure.context(format_args!("cannot create the folder {}", new.display()))
+                })?;
+            }
+            move_all(written.into_iter().map(|(moved, _)| moved).collect())?;
+        }
+        done.pair = Some(file);
+        Ok(done)
+    }
+
+    /// Refuses options whose images belong to a single unit square.
+    fn check_tiled(&self) -> Result<()> {
+        let blending = self.blending.as_ref();
+        let is_material = matches!(self.inputs, Inputs::Material(_));
+        let ruled_out = [
+            (self.source_mask.is_some(), "--source-mask"),
+            (self.fill.is_some(), "--fill"),
+            (blending.is_some_and(|it| it.skin.is_some()), "--skin"),
+            (blending.is_some_and(|it| it.labels.is_some()), "label images"),
+            (self.draw_labels.is_some(), "--labels"),
+            (blending.is_some() && is_material, "both --map and --blend"),
+            (self.existing == Existing::KeepUpToDate, "--skip-existing"),
+        ];
+        match ruled_out.into_iter().find(|(is_asked, _)| *is_asked) {
+            Some((_, what)) => Err(Failure::input(format!(
+                "textures of several tiles ({PLACEHOLDER}) cannot be used with {what}"
+            ))),
+            None => Ok(()),
+        }
+    }
+
+    /// The transfer with a placeholder in place of the numbers of tiles, one texture for all of its
+    /// tiles.
+    fn with_patterns(&self) -> Result<Self> {
+        let mut grouped = self.clone();
+        let as_pattern = |path: &Path| numbered(path).map_or_else(|| path.to_path_buf(), |it| it.0);
+        match &mut grouped.inputs {
+            Inputs::Textures { sources, .. } => {
+                // With a placeholder anywhere, every other name means what it says.
+                let is_numbered = sources.iter().all(|path| numbered(path).is_some());
+                if is_numbered && sources.len() > 1 {
+                    let patterns: BTreeSet<PathBuf> =
+                        sources.iter().map(|path| as_pattern(path)).collect();
+                    for pattern in &patterns {
+                        let given: BTreeSet<&Path> = (sources.iter())
+                            .filter(|path| as_pattern(path) == *pattern)
+                            .map(PathBuf::as_path)
+                            .collect();
+                        for (tile, file) in Pattern::parse(pattern)?.files()? {
+                            if !given.contains(&*file) {
+                                return Err(Failure::input(format!(
+                                    "{}: tile {tile} of the texture is not given; give all tiles, or {}",
+                                    file.display(),
+                                    pattern.display()
+                                )));
+                            }
+                        }
+                    }
+                    *sources = patterns.into_iter().collect();
+                }
+            }
+            Inputs::Material(_) => {}
+        }
+        Ok(grouped)
+    }
+
+    fn tiled_jobs(&self, plan: &Plan, filled: &BTreeSet<Tile>) -> Result<Vec<TiledJob>> {
+        let is_folder = plan.new_folder.is_some() || self.output.is_dir();
+        let roles: Vec<Option<Role>> = match &self.inputs {
+            Inputs::Textures { .. } => vec![None; plan.batches.len()],
+            Inputs::Material(maps) => maps.iter().map(|map| Some(map.role.clone())).collect(),
+        };
+        if filled.len() > 1 && self.blending.is_some() {
+            return Err(Failure::input(format!(
+                "--blend cannot be used where the target has several tiles ({}): blends end at the \
+                 borders of tiles",
+                names::list(filled)
+            )));
+        }
+        let mut jobs = Vec::new();
+        for (batch, role) in plan.batches.iter().zip(roles) {
+            for Job { source, output } in &batch.jobs {
+                let outputs = names::of_tiles(output, filled, is_folder)?;
+                let base = |tile: Tile| -> Result<Option<BaseSource>> {
+                    Ok(match &batch.onto {
+                        Some(BaseSource::Image(path)) if outputs.len() > 1 || has_pattern(path) => {
+                            Some(BaseSource::Image(with_placeholder(path)?.of(tile)))
+                        }
+                        onto => onto.clone(),
+                    })
+                };
+                let bases =
+                    outputs.keys().map(|&tile| Ok((tile, base(tile)?))).collect::<Result<_>>()?;
+                let source = TiledSource::find(source)?;
+                jobs.push(TiledJob {
+                    values: batch.values,
+                    role: role.clone(),
+                    source,
+                    outputs,
+                    bases,
+                });
+            }
+        }
+        Ok(jobs)
+    }
+
+    fn check_tiled_outputs(
+        &self,
+        plan: &Plan,
+        jobs: &[TiledJob],
+        masks: &BTreeMap<Tile, PathBuf>,
+    ) -> Result<()> {
+        let bases = jobs.iter().flat_map(|job| job.bases.values());
+        let bases = bases.filter_map(|base| base.as_ref()?.path());
+        let sources = jobs.iter().flat_map(|job| job.source.files().values().map(PathBuf::as_path));
+        let inputs = std::iter::once(self.correspondence.path()).chain(self.region.inputs());
+        let mut outputs = Outputs::new(inputs.chain(bases).chain(sources));
+        match &plan.new_folder {
+            None => (jobs.iter().flat_map(|job| job.outputs.values()))
+                .try_for_each(|path| outputs.check(path))?,
+            Some(folder) => crate::outputs::check_new_folder(folder)?,
+        }
+        masks.values().chain(&self.extra_outputs).try_for_each(|path| outputs.check(path))
+    }
+
+    /// Fills one tile; `None` if it has no links to the texture.
+    fn run_step(
+        &self,
+        job: &TiledJob,
+        file: &PairFile,
+        step: &Step<'_>,
+        mask: Option<&PathBuf>,
+        observer: &dyn Observer,
+    ) -> Result<Option<StepResult>> {
+        let Some(pair) = file.pair.in_tiles(self.direction, step.atlas, step.tile) else {
+            let (tile, output) = (step.tile, step.output.display());
+            let text =
+                format!("{output}: not written, since tile {tile} has no links to the texture");
+            observer.event(Event::Note(&text));
+            return Ok(None);
+        };
+        let folder = step.folder.join(step.tile.to_string());
+        std::fs::create_dir(&folder).or_work()?;
+        let pair_path = folder.join("tile.uvpair");
+        let pair = PairFile { pair: pair.into(), ..file.clone() };
+        pair_file::write(&pair, &pair_path).or_work()?;
+        let mut inner = self.clone();
+        inner.correspondence = Correspondence::Pair(pair_path);
+        let (source, onto) = (step.texture.to_path_buf(), job.bases[&step.tile].clone());
+        let extension = step.output.extension().unwrap_or_default();
+        let name = |stem: &str| folder.join(stem).with_extension(extension);
+        let made = match &job.role {
+            // The output of a material is a folder, and its files have the names of roles.
+            Some(role) => {
+                inner.inputs =
+                    Inputs::Material(vec![MaterialMap { role: role.clone(), source, onto }]);
+                inner.format = Some(extension.to_string_lossy().into_owned());
+                inner.output.clone_from(&folder);
+                name(role.name())
+            }
+            None => {
+                let values = job.values;
+                inner.inputs = Inputs::Textures { sources: vec![source], onto, values };
+                inner.output = name("result");
+                inner.output.clone()
+            }
+        };
+        inner.extra_outputs.clear();
+        let made_mask = mask
+            .map(|mask| folder.join("mask").with_extension(mask.extension().unwrap_or_default()));
+        inner.mask.clone_from(&made_mask);
+        let mut names = vec![(made.clone(), step.output.to_path_buf())];
+        names.push((step.texture.to_path_buf(), job.source.name().to_path_buf()));
+        names.extend(made_mask.clone().zip(mask.cloned()));
+        let renamed = Renamed { observer, names };
+        let mut done = inner.run(&renamed).map_err(|failure| renamed.failure(&failure))?;
+        done.failures = done.failures.iter().map(|failure| renamed.failure(failure)).collect();
+        let mut written = Vec::new();
+        if done.failures.is_empty() {
+            written.push(((made, step.output.to_path_buf()), true));
+            written.extend(made_mask.zip(mask.cloned()).map(|mask| (mask, false)));
+        }
+        Ok(Some(StepResult { done, written }))
+    }
+}
+
+/// One tile of the target.
+struct Step<'a> {
+    atlas: &'a TileAtlas,
+    /// The file of the atlas.
+    texture: &'a Path,
+    folder: &'a Path,
+    tile: Tile,
+    output: &'a Path,
+}
+
+struct StepResult {
+    done: Transferred,
+    /// Temporary files, where they belong, and whether they are textures.
+    written: Vec<((PathBuf, PathBuf), bool)>,
+}
+
+fn has_pattern(path: &Path) -> bool {
+    path.to_str().is_some_and(|path| path.contains(PLACEHOLDER))
+}
+
+/// Copies files next to their places, and only then renames all of them.
+fn move_all(files: Vec<(PathBuf, PathBuf)>) -> Result<()> {
+    let mut copies = Vec::with_capacity(files.len());
+    for (made, output) in files {
+        let failed =
+            |failure: Failure| failure.context(format_args!("cannot write {}", output.display()));
+        let copied = || -> std::io::Result<AtomicFile> {
+            let mut copy = AtomicFile::create(&output)?;
+            std::io::copy(&mut std::fs::File::open(&made)?, &mut copy)?;
+            Ok(copy)
+        };
+        copies.push((copied().or_work().map_err(failed)?, output));
+    }
+    for (copy, output) in copies {
+        let failed =
+            |failure: Failure| failure.context(format_args!("cannot write {}", output.display()));
+        copy.commit().or_work().map_err(failed)?;
+    }
+    Ok(())
+}

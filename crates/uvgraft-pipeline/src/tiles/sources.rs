@@ -1,0 +1,135 @@
+//! The images of a texture's tiles.
+
+use std::collections::{BTreeMap, BTreeSet};
+use std::path::{Path, PathBuf};
+
+use uvgraft::{Depth, Direction, Encoding, Pair, Tile, TileAtlas};
+use uvgraft_io::image::{self, Format, Image, WriteOptions};
+
+use super::has_pattern;
+use super::names::{Pattern, numbered};
+use crate::failure::{Blame, Failure, Result};
+use crate::observer::{Event, Observer};
+use crate::worker::losses;
+
+/// A texture with an image for each tile.
+pub(super) struct TiledSource {
+    /// As the user named it.
+    name: PathBuf,
+    files: BTreeMap<Tile, PathBuf>,
+}
+
+impl TiledSource {
+    /// The images by a name with a placeholder, or the only one by its own name: of the tile whose
+    /// number it has, or else of the unit square.
+    pub(super) fn find(name: &Path) -> Result<Self> {
+        let files = if has_pattern(name) {
+            Pattern::parse(name)?.files()?
+        } else {
+            let tile = numbered(name).map_or(Tile::FIRST, |(_, tile)| tile);
+            BTreeMap::from([(tile, name.to_path_buf())])
+        };
+        Ok(Self { name: name.to_path_buf(), files })
+    }
+
+    pub(super) fn name(&self) -> &Path {
+        &self.name
+    }
+
+    pub(super) fn files(&self) -> &BTreeMap<Tile, PathBuf> {
+        &self.files
+    }
+
+    /// Warns of linked faces whose tile has no image.
+    pub(super) fn report_missing(
+        &self,
+        pair: &Pair,
+        direction: Direction,
+        observer: &dyn Observer,
+    ) {
+        let mut missing: BTreeMap<Tile, BTreeSet<u32>> = BTreeMap::new();
+        for (piece, [read, _]) in pair.tiles(direction) {
+            if !self.files.contains_key(&read) {
+                let face = match direction {
+                    Direction::Forward => piece.target,
+                    Direction::Reverse => piece.source,
+                };
+                missing.entry(read).or_default().insert(face);
+            }
+        }
+        for (tile, faces) in missing {
+            let (name, count) = (self.name.display(), faces.len());
+            let triangles = if count == 1 { "triangle is" } else { "triangles are" };
+            observer.event(Event::Warning(&format!(
+                "{name}: no image for tile {tile}, so {count} {triangles} left unlinked"
+            )));
+        }
+    }
+
+    /// Joins the images into one file in a folder; a single image stays as it is.
+    ///
+    /// # Errors
+    /// For images that cannot be read, of different sizes, or too large together.
+    pub(super) fn join(&self, folder: &Path) -> Result<(TileAtlas, PathBuf)> {
+        let mut size = None;
+        for path in self.files.values() {
+            let found = image::read_header(path).or_input()?.size;
+            let (first, first_size) = *size.get_or_insert((path, found));
+            if found != first_size {
+                return Err(Failure::input(format!(
+                    "images of tiles must have the same size, but {} has {first_size} and {} has \
+                     {found} texels",
+                    first.display(),
+                    path.display()
+                )));
+            }
+        }
+        let Some((first, size)) = size else {
+            return Err(Failure::input(format!("{}: no images", self.name.display())));
+        };
+        let named = |failure: Failure| failure.context(self.name.display());
+        let atlas = TileAtlas::new(self.files.keys().copied().collect(), size);
+        let atlas = atlas.or_input().map_err(named)?;
+        if self.files.len() == 1 {
+            return Ok((atlas, first.clone()));
+        }
+        let images: Vec<Image> = (self.files.values())
+            .map(|path| image::read(path).or_input())
+            .collect::<Result<_>>()?;
+        let icc = images[0].icc.clone();
+        let encoding = images[0].texture.encoding();
+        let mut channels = images[0].texture.channels();
+        let mut depth = images[0].texture.depth();
+        for (path, image) in self.files.values().zip(&images) {
+            if image.texture.encoding() != encoding || image.icc != icc {
+                return Err(Failure::input(format!(
+                    "images of tiles must have the same colour space, but {} and {} differ in their \
+                     encoding or ICC profile",
+                    first.display(),
+                    path.display()
+                )));
+            }
+            channels = channels.union(image.texture.channels());
+            depth = depth.max(image.texture.depth());
+        }
+        let textures: Vec<_> =
+            images.into_iter().map(|image| image.texture.converted(channels, depth)).collect();
+        let texture = atlas.stitch(&textures).or_input().map_err(named)?;
+        drop(textures);
+        // Formats that keep every value.
+        let format = match (depth, encoding) {
+            (Depth::U8 | Depth::U16, _) => Format::Png,
+            (Depth::F32, Encoding::Linear) => Format::Exr,
+            (Depth::F32, _) => Format::Tiff,
+        };
+        let extension = match format {
+            Format::Png => "png",
+            Format::Exr => "exr",
+            _ => "tiff",
+        };
+        let path = folder.join("atlas").with_extension(extension);
+        let image = Image { texture, icc };
+        losses(image::write(&image, &path, &WriteOptions::default()), &path).map_err(named)?;
+        Ok((atlas, path))
+    }
+}
