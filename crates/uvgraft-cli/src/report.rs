@@ -6,8 +6,9 @@ use std::io::{self, Write as _};
 use anyhow::Context;
 use serde::Serialize;
 use uvgraft::correspond::table::{TableReport, TableRows};
+use uvgraft::mesh_report::TileFaces;
 use uvgraft::report::{LayoutReport, Percentiles};
-use uvgraft::{PairReport, Recognition, Size, correspond, recognise};
+use uvgraft::{PairReport, Recognition, Size, Tile, correspond, recognise};
 use uvgraft_io::pair_file::{PairFile, layout_fingerprint};
 
 use crate::recognition;
@@ -262,11 +263,16 @@ fn text(file: &PairFile, report: &PairReport, recognised: &[Recognition; 2]) -> 
     both("linked", &|side| {
         format!("{} ({})", grouped(side.linked), percent(side.linked, side.faces))
     });
-    both("not linked", &|side| grouped(side.faces - side.linked));
+    if source.linked_in_other_tiles + target.linked_in_other_tiles > 0 {
+        both("linked in other tiles", &|side| grouped(side.linked_in_other_tiles));
+    }
+    both("not linked", &|side| grouped(side.faces - side.linked - side.linked_in_other_tiles));
     both("linked, zero UV area", &|side| grouped(side.degenerate));
     both("linked, mirrored", &|side| grouped(side.mirrored));
     if source.outside + target.outside > 0 {
         both("outside unit square", &|side| grouped(side.outside));
+        both("across tile borders", &|side| grouped(side.in_no_tile));
+        both("UV tiles", &tiles);
     }
     both("at texture size", &|side| side.size.to_string());
     both("texels covered", &|side| share(side.texels.covered, side.size));
@@ -309,6 +315,23 @@ fn text(file: &PairFile, report: &PairReport, recognised: &[Recognition; 2]) -> 
         let _ = writeln!(text, "\nnote: {}", file.note);
     }
     text
+}
+
+/// The numbers of a layout's tiles, as many as fit a column.
+fn tiles(side: &LayoutReport) -> String {
+    const SHOWN: usize = 3;
+    if side.tiles.is_empty() {
+        return Tile::FIRST.to_string();
+    }
+    let name = |tile: &TileFaces| match tile.udim {
+        Some(udim) => udim.to_string(),
+        None => format!("{}:{}", tile.tile[0], tile.tile[1]),
+    };
+    let mut names: Vec<String> = side.tiles.iter().take(SHOWN).map(name).collect();
+    if side.tiles.len() > SHOWN {
+        names.push("…".to_owned());
+    }
+    names.join(", ")
 }
 
 fn share(texels: usize, size: Size) -> String {

@@ -185,7 +185,7 @@ impl Transfer {
         let is_folder = plan.new_folder.is_some() || self.output.is_dir();
         let roles: Vec<Option<Role>> = match &self.inputs {
             Inputs::Textures { .. } => vec![None; plan.batches.len()],
-            Inputs::Material(maps) => maps.iter().map(|map| Some(map.role.clone())).collect(),
+            Inputs::Material(maps) => maps.iter().map(|map| Some(map.role)).collect(),
         };
         if filled.len() > 1 && self.blending.is_some() {
             return Err(Failure::input(format!(
@@ -209,13 +209,7 @@ impl Transfer {
                 let bases =
                     outputs.keys().map(|&tile| Ok((tile, base(tile)?))).collect::<Result<_>>()?;
                 let source = TiledSource::find(source)?;
-                jobs.push(TiledJob {
-                    values: batch.values,
-                    role: role.clone(),
-                    source,
-                    outputs,
-                    bases,
-                });
+                jobs.push(TiledJob { values: batch.values, role, source, outputs, bases });
             }
         }
         Ok(jobs)
@@ -266,11 +260,10 @@ impl Transfer {
         let (source, onto) = (step.texture.to_path_buf(), job.bases[&step.tile].clone());
         let extension = step.output.extension().unwrap_or_default();
         let name = |stem: &str| folder.join(stem).with_extension(extension);
-        let made = match &job.role {
+        let made = match job.role {
             // The output of a material is a folder, and its files have the names of roles.
             Some(role) => {
-                inner.inputs =
-                    Inputs::Material(vec![MaterialMap { role: role.clone(), source, onto }]);
+                inner.inputs = Inputs::Material(vec![MaterialMap { role, source, onto }]);
                 inner.format = Some(extension.to_string_lossy().into_owned());
                 inner.output.clone_from(&folder);
                 name(role.name())

@@ -2,6 +2,7 @@
 
 mod correspondence;
 mod landmarks;
+mod outside;
 mod table;
 
 use std::path::PathBuf;
@@ -16,8 +17,8 @@ use uvgraft_pipeline::Outputs;
 use crate::failure::{bad_input, warn};
 use crate::mesh_file::{self, MeshFile};
 use crate::picture::check_name;
-use crate::report::grouped;
 use crate::{preview, recognition, report};
+use outside::{Outside, warn_of_outside};
 
 /// Link the triangles of two meshes and save the links as a pair file
 ///
@@ -38,6 +39,9 @@ pub(crate) struct Args {
     target: PathBuf,
     #[command(flatten)]
     correspondence: correspondence::Options,
+    /// What becomes of triangles with UV coordinates outside the unit square
+    #[arg(long, value_enum, value_name = "HOW", default_value_t = Outside::Unlinked)]
+    outside: Outside,
     /// Pair file to write
     #[arg(short, long, value_name = "OUT.uvpair")]
     output: PathBuf,
@@ -79,7 +83,9 @@ pub(crate) fn run(args: &Args) -> anyhow::Result<ExitCode> {
     let note = args.note.clone().unwrap_or_else(|| {
         format!("made from {source_name} and {target_name}, whose licences hold for this file too")
     });
-    let linked = args.correspondence.link(source.mesh, target.mesh)?;
+    let source = args.outside.apply(source.mesh, &source_name);
+    let target = args.outside.apply(target.mesh, &target_name);
+    let linked = args.correspondence.link(source, target)?;
     args.correspondence.save_registered(&linked.pair, &linked.linked)?;
     let pair = Arc::new(linked.pair);
     let file = pair_file::PairFile { pair, source_name, target_name, note };
@@ -95,20 +101,4 @@ pub(crate) fn run(args: &Args) -> anyhow::Result<ExitCode> {
         preview::write(&file, path)?;
     }
     Ok(ExitCode::SUCCESS)
-}
-
-/// Warns of triangles that are not linked because they lie outside the unit square.
-fn warn_of_outside(file: &pair_file::PairFile) {
-    let sides = [(file.pair.source(), &file.source_name), (file.pair.target(), &file.target_name)];
-    for (mesh, name) in sides {
-        let count = (0..mesh.faces().len()).filter(|&face| mesh.is_outside(face)).count();
-        if count > 0 {
-            let triangles = if count == 1 { "triangle has" } else { "triangles have" };
-            warn(format!(
-                "{name}: {} {triangles} UV coordinates outside the unit square and will not be \
-                 linked",
-                grouped(count)
-            ));
-        }
-    }
 }

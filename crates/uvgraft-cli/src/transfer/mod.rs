@@ -31,6 +31,9 @@ use progress::Progress;
 /// Input formats (PNG, JPEG, WebP, TIFF, EXR) are detected from the content of the files; output
 /// formats follow from their extensions. The result has the channels of both source and base, and
 /// the greater bit depth of the two.
+///
+/// A texture may have an image for each UDIM tile: face_<UDIM>.png stands for face_1001.png,
+/// face_1002.png and so on, in textures, bases and outputs.
 #[derive(clap::Args)]
 pub(crate) struct Args {
     /// Pair file that links the two meshes; none with --with-map
