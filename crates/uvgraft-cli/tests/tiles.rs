@@ -142,6 +142,11 @@ fn what_cannot_be_is_refused() {
         &with("odd_<UDIM>.png -o out.png"),
         &["odd_1001.png has 8×8", "odd_1003.png has 8×16"],
     );
+    for name in ["f.1001.png", "g.1001.png", "g.1003.png"] {
+        bench.paint(name, (8, 8), Channels::Rgb, &RED);
+    }
+    bench.refuse(&with("f.1001.png f.1003.png -o out.png"), &["f.1003.png: No such file"]);
+    bench.refuse(&with("f.1001.png g.1001.png -o out"), &["g.1003.png", "tile 1003 is not given"]);
     bench.make("pair tiles.obj tiles.obj --by faces -o both.uvpair");
     bench.refuse(
         "transfer both.uvpair face_<UDIM>.png -o out.png --size 16",

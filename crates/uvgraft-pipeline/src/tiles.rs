@@ -156,24 +156,27 @@ impl Transfer {
                 // With a placeholder anywhere, every other name means what it says.
                 let is_numbered = sources.iter().all(|path| numbered(path).is_some());
                 if is_numbered && sources.len() > 1 {
-                    let patterns: BTreeSet<PathBuf> =
-                        sources.iter().map(|path| as_pattern(path)).collect();
-                    for pattern in &patterns {
-                        let given: BTreeSet<&Path> = (sources.iter())
-                            .filter(|path| as_pattern(path) == *pattern)
-                            .map(PathBuf::as_path)
-                            .collect();
-                        for (tile, file) in Pattern::parse(pattern)?.files()? {
-                            if !given.contains(&*file) {
-                                return Err(Failure::input(format!(
-                                    "{}: tile {tile} of the texture is not given; give all tiles, or {}",
-                                    file.display(),
-                                    pattern.display()
-                                )));
-                            }
+                    let mut patterns: BTreeMap<PathBuf, BTreeSet<&Path>> = BTreeMap::new();
+                    for path in sources.iter() {
+                        // A missing file is an error, other than a missing image of a pattern.
+                        path.metadata().or_input().map_err(|it| it.context(path.display()))?;
+                        patterns.entry(as_pattern(path)).or_default().insert(path);
+                    }
+                    for (pattern, given) in &patterns {
+                        let files = Pattern::parse(pattern)?.files()?;
+                        if let Some((tile, file)) =
+                            files.iter().find(|(_, file)| !given.contains(&***file))
+                        {
+                            return Err(Failure::input(format!(
+                                "{}: the image of tile {tile} is not given; give those of all tiles, \
+                                 or {}",
+                                file.display(),
+                                pattern.display()
+                            )));
                         }
                     }
-                    *sources = patterns.into_iter().collect();
+                    let patterns = patterns.into_keys().collect();
+                    *sources = patterns;
                 }
             }
             Inputs::Material(_) => {}
