@@ -25,13 +25,17 @@ impl Kind {
     /// A triangle that may lie on any other.
     pub const ANY: Self = Self { ball: Self::SKIN, exposure: 0.15 };
 
+    /// Whether both belong to the same ball, or both to the skin.
+    pub fn is_of_body(self, other: Self) -> bool {
+        self.ball == other.ball && self.ball != Self::ALONE
+    }
+
     /// Whether a triangle of the target may lie on one of the source.
     pub fn may_meet(self, other: Self) -> bool {
         const HIDDEN: f32 = 0.02;
         const SEEN: f32 = 0.3;
         let is_apart = |a: Self, b: Self| a.exposure <= HIDDEN && b.exposure >= SEEN;
-        self.ball == other.ball
-            && self.ball != Self::ALONE
+        self.is_of_body(other)
             && !is_apart(self, other)
             && !is_apart(other, self)
     }

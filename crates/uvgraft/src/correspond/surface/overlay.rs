@@ -30,6 +30,9 @@ pub(super) struct Overlay {
 /// Smaller weights are rounding.
 const ROUNDING: f64 = 1e-7;
 
+/// Pieces that are smaller, relative to their target triangle, are left out.
+const LEAST_AREA: f64 = 1e-9;
+
 /// Lays the goal over a registered target.
 ///
 /// - `kinds`: of the target's triangles.
@@ -99,6 +102,34 @@ struct OverTriangle {
     distance: Option<f64>,
 }
 
+/// A source triangle over a target triangle.
+#[derive(Debug, Clone)]
+struct Candidate {
+    source: u32,
+    /// What of it lies over the target triangle: convex.
+    polygon: Vec<Clipped>,
+    /// Mean distance.
+    height: f64,
+    /// Whether its normal and kind are those of a partner. Others belong to a layer by connection.
+    is_seed: bool,
+}
+
+impl Candidate {
+    /// Whether both lie over the same part of the target triangle.
+    fn overlaps(&self, other: &Self) -> bool {
+        // Neighbours share an edge, of which each knows the ends but for rounding.
+        let is_apart = |one: &[Clipped], other: &[Clipped]| {
+            (0..one.len()).any(|k| {
+                let (from, to) = (one[k].target, one[(k + 1) % one.len()].target);
+                let length = (0..3).map(|i| (to[i] - from[i]).abs()).fold(0.0, f64::max);
+                let is_outside = |at: &Clipped| area([from, to, at.target]) <= ROUNDING * length;
+                length > ROUNDING && other.iter().all(is_outside)
+            })
+        };
+        !is_apart(&self.polygon, &other.polygon) && !is_apart(&other.polygon, &self.polygon)
+    }
+}
+
 /// A corner of a clipped source triangle.
 #[derive(Debug, Clone, Copy)]
 struct Clipped {
@@ -115,21 +146,17 @@ impl Context<'_> {
     fn triangle(&self, triangle: u32) -> OverTriangle {
         let frame = Prism::new(self, triangle);
         let Some(frame) = frame else { return OverTriangle::default() };
-        let over = self.polygons(&frame);
-        let chosen = self.layer(&frame, &over);
+        let candidates = self.candidates(&frame);
         let mut found = OverTriangle::default();
         let mut heights = Vec::new();
-        for (source, polygon) in over.iter().filter(|(source, _)| chosen.contains(source)) {
-            let height = polygon.iter().map(|corner| corner.height.abs()).sum::<f64>();
-            if height > self.reach * polygon.len() as f64 {
-                continue;
-            }
+        for index in self.layer(&frame, &candidates) {
+            let Candidate { source, polygon, .. } = &candidates[index];
             let corners: Vec<[Weights; 2]> =
                 polygon.iter().map(|corner| self.exact(&frame, *source, corner)).collect();
             for k in 1..corners.len() - 1 {
                 let fan = [corners[0], corners[k], corners[k + 1]];
                 let area = area(fan.map(|corner| corner[0]));
-                if area > ROUNDING * ROUNDING {
+                if area > LEAST_AREA {
                     found.covered += area;
                     found.pieces.push(piece(triangle, *source, fan));
                 }
@@ -141,14 +168,14 @@ impl Context<'_> {
         found
     }
 
-    /// Every source triangle over the target triangle, clipped.
-    fn polygons(&self, frame: &Prism) -> Vec<(u32, Vec<Clipped>)> {
+    /// Every source triangle that may lie over the target triangle, clipped; ascending.
+    fn candidates(&self, frame: &Prism) -> Vec<Candidate> {
         let bounds = Bounds::of(frame.corners).grown(2.0 * self.reach);
         let mut found = Vec::new();
         self.goal.tree.within(bounds, |source| {
-            let is_turned_away =
-                self.goal.face_normals[source as usize].dot(frame.normal) <= self.visibility;
-            if is_turned_away || !frame.kind.may_meet(self.goal.kinds[source as usize]) {
+            let kind = self.goal.kinds[source as usize];
+            let along = self.goal.face_normals[source as usize].dot(frame.normal);
+            if along <= 0.0 || !frame.kind.is_of_body(kind) {
                 return;
             }
             let corners = self.goal.shape.corners(source as usize);
@@ -173,24 +200,29 @@ impl Context<'_> {
                 .collect();
             let polygon = (0..3).fold(polygon, |polygon, k| clip(&polygon, k));
             if polygon.len() > 2 {
-                found.push((source, polygon));
+                let height = polygon.iter().map(|corner| corner.height.abs()).sum::<f64>()
+                    / polygon.len() as f64;
+                let is_seed = along > self.visibility && frame.kind.may_meet(kind);
+                found.push(Candidate { source, polygon, height, is_seed });
             }
         });
-        found.sort_unstable_by_key(|(source, _)| *source);
+        found.sort_unstable_by_key(|candidate| candidate.source);
         found
     }
 
-    /// The source triangles of one layer: those that are connected to a partner of the triangle's
-    /// centre or of its corners. Behind them there may be others: teeth behind lips, the skull
-    /// behind ears.
-    fn layer(&self, frame: &Prism, over: &[(u32, Vec<Clipped>)]) -> Vec<u32> {
-        let is_over = |source: u32| over.binary_search_by_key(&source, |entry| entry.0).is_ok();
+    /// The candidates of one layer: those that are connected to a partner of the triangle's centre or
+    /// of its corners, nearest first, without those that lie over what is covered already. Behind
+    /// them there may be others: teeth behind lips, the skull behind ears.
+    fn layer(&self, frame: &Prism, candidates: &[Candidate]) -> Vec<usize> {
+        let position = |source: u32| {
+            candidates.binary_search_by_key(&source, |candidate| candidate.source).ok()
+        };
         let center = frame.corners.iter().sum::<DVec3>() / 3.0;
         let seeds = [center, frame.corners[0], frame.corners[1], frame.corners[2]];
-        let mut chosen: Vec<u32> = Vec::new();
+        let mut next: Vec<usize> = Vec::new();
         for seed in seeds {
             let partner = self.goal.tree.nearest(seed, self.reach * 2.0, |source| {
-                is_over(source) && self.goal.face_normals[source as usize].dot(frame.normal) > 0.0
+                position(source).is_some_and(|index| candidates[index].is_seed)
             });
             let Some(partner) = partner else { continue };
             let closest = self.goal.partner(
@@ -201,22 +233,36 @@ impl Context<'_> {
                 self.visibility,
             );
             // The nearest of all must not be on another layer.
-            let is_first = closest.is_none_or(|closest| closest.distance > 0.5 * partner.distance);
-            if is_first && !chosen.contains(&partner.triangle) {
-                chosen.push(partner.triangle);
-            }
+            let is_first = closest
+                .is_none_or(|closest| partner.distance < 2.0 * closest.distance + ROUNDING);
+            next.extend(position(partner.triangle).filter(|_| is_first));
         }
-        let mut next = 0;
-        while next < chosen.len() {
-            let source = chosen[next] as usize;
+        let mut is_reached = vec![false; candidates.len()];
+        next.iter().for_each(|&index| is_reached[index] = true);
+        next.sort_unstable();
+        next.dedup();
+        let mut chosen: Vec<usize> = Vec::new();
+        // Few at a time, so looking for the nearest is cheaper than a queue.
+        while let Some(nearest) = (0..next.len()).min_by(|&one, &other| {
+            candidates[next[one]].height.total_cmp(&candidates[next[other]].height)
+        }) {
+            let index = next.swap_remove(nearest);
+            let candidate = &candidates[index];
+            let is_free = |&other: &usize| !candidate.overlaps(&candidates[other]);
+            if candidate.height > self.reach || !chosen.iter().all(is_free) {
+                continue;
+            }
+            chosen.push(index);
             for k in 0..3 {
-                let neighbour = self.neighbours[3 * source + k];
-                if neighbour != u32::MAX && is_over(neighbour) && !chosen.contains(&neighbour) {
-                    chosen.push(neighbour);
+                let neighbour = self.neighbours[3 * candidate.source as usize + k];
+                let neighbour = position(neighbour).filter(|&neighbour| !is_reached[neighbour]);
+                if let Some(neighbour) = neighbour {
+                    is_reached[neighbour] = true;
+                    next.push(neighbour);
                 }
             }
-            next += 1;
         }
+        chosen.sort_unstable();
         chosen
     }
 
@@ -259,7 +305,8 @@ impl Context<'_> {
             let across = d.cross(normal);
             let b = -gap.cross(normal).dot(across) / across.length_squared();
             let height = (gap + d * b).dot(normal);
-            (range.contains(&a) && range.contains(&b)).then_some((height.abs(), a, b))
+            let far = (height - corner.height).abs();
+            (range.contains(&a) && range.contains(&b)).then_some((far, a, b))
         };
         let best = roots.into_iter().flatten().filter_map(place).min_by(|x, y| x.0.total_cmp(&y.0));
         let (_, a, b) = best?;
@@ -300,16 +347,15 @@ struct Prism {
 }
 
 impl Prism {
-    /// `None` for a triangle without area, or with a corner whose normal points elsewhere.
+    /// `None` for a triangle without area.
     fn new(context: &Context<'_>, triangle: u32) -> Option<Self> {
         let points = context.target.triangles[triangle as usize];
         let normal = context.target.area_vector(triangle as usize).try_normalize()?;
         let normals = points.map(|point| context.normals[point as usize]);
         let corners = context.target.corners(triangle as usize);
-        // Across sharp folds the mean normal is no direction to project along.
-        let is_steep = normals.iter().any(|at| at.dot(normal) < 0.1);
+        let normals = normals.map(|at| raised(at, normal));
         let kind = context.kinds[triangle as usize];
-        (!is_steep).then_some(Self { points, corners, normals, normal, kind })
+        Some(Self { points, corners, normals, normal, kind })
     }
 
     /// The barycentric coordinates of a point's projection, and its height: Newton's method on
@@ -342,6 +388,18 @@ impl Prism {
             }
         }
         None
+    }
+}
+
+/// A point's normal, or the nearest direction that rises steeply enough from a triangle: across sharp
+/// folds the mean normal is no direction to project along.
+fn raised(at: DVec3, normal: DVec3) -> DVec3 {
+    const LEAST: f64 = 0.3;
+    let along = at.dot(normal);
+    match (at - normal * along).try_normalize() {
+        Some(aside) if along < LEAST => normal * LEAST + aside * (1.0 - LEAST * LEAST).sqrt(),
+        None => normal,
+        _ => at,
     }
 }
 
