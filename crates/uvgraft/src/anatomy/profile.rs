@@ -131,19 +131,28 @@ impl Section {
         Self { origin, axes, segments }
     }
 
-    /// The best orientation of the face if the eyes are known: all angles in steps of 10
-    /// degrees, refined down to 0.02 degrees.
-    pub fn around_eyes(&self, unit: f64) -> FaceFit {
+    /// The best orientations of the face if the eyes are known, likeliest first: that of all angles
+    /// in steps of 10 degrees, refined down to 0.02 degrees, and the best in which up is on the other
+    /// side.
+    pub fn around_eyes(&self, unit: f64) -> [FaceFit; 2] {
         let deviation = |turn: Turn| {
             let outline = Outline::new(self, turn, [-2.2 * unit, 1.5 * unit], 93);
             let unlikely = if self.is_upside_down(turn) { UPSIDE_DOWN } else { 0.0 };
             outline.deviation([0.0, 0.0], unit, f64::INFINITY) + unlikely
         };
-        let mut best = least(Turn::all(36), deviation);
-        for degrees in [3.0_f64, 1.0, 0.4, 0.15, 0.05, 0.02] {
-            best = least(best.1.near(degrees.to_radians()), deviation);
-        }
-        self.found(best.0, best.1, [0.0, 0.0], unit)
+        let refined = |mut best: (f64, Turn)| {
+            for degrees in [3.0_f64, 1.0, 0.4, 0.15, 0.05, 0.02] {
+                best = least(best.1.near(degrees.to_radians()), deviation);
+            }
+            self.found(best.0, best.1, [0.0, 0.0], unit)
+        };
+        let best = least(Turn::all(36), deviation);
+        let [up, _] = best.1.up_and_forward();
+        let is_other = |turn: &Turn| {
+            let [other, _] = turn.up_and_forward();
+            up[0] * other[0] + up[1] * other[1] < 0.0
+        };
+        [refined(best), refined(least(Turn::all(36).filter(is_other), deviation))]
     }
 
     /// Whether the section extends far more above the eyes than below: a neck or body does, a

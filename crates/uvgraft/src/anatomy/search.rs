@@ -35,6 +35,11 @@ pub(super) struct Eyes {
 const LARGEST_DEVIATION: f64 = 0.26;
 const LARGEST_DEVIATION_WITHOUT_EYES: f64 = 0.085;
 
+/// Orientations whose deviations differ by less are both looked at.
+const ALIKE: f64 = 0.1;
+/// How much further a nose must protrude for its orientation to be taken in spite of the profile.
+const CLEARER: f64 = 1.5;
+
 /// Locates the head by the pair of eyeballs whose profile fits best, or by symmetry if no
 /// pair fits.
 pub(super) fn head(points: &Points) -> Result<Head, AnatomyError> {
@@ -59,19 +64,32 @@ fn by_eyes(points: &Points, pair: &EyePair) -> Option<(f64, Head)> {
     let unit = b.center.distance(a.center);
     let normal = direction(b.center - a.center)?;
     let origin = a.center.lerp_monotonic(b.center, 0.5);
-    let found = Section::new(points, origin, normal, 4.0 * unit).around_eyes(unit);
-    if found.deviation > LARGEST_DEVIATION {
-        return None;
+    let [first, other] = Section::new(points, origin, normal, 4.0 * unit).around_eyes(unit);
+    let head = |found: &FaceFit| {
+        if found.deviation > LARGEST_DEVIATION {
+            return None;
+        }
+        let frame = HeadFrame::new(origin, found.up, found.forward, unit)?;
+        let radius = 0.5 * (a.radius + b.radius) / unit;
+        let mut centers = [frame.to_local(a.center), frame.to_local(b.center)];
+        centers.sort_by(|a, b| b.x.total_cmp(&a.x));
+        let is_eye = eye_components(points, &frame, centers, radius);
+        let (relief, skin) = skin_relief(points, &frame, &is_eye)?;
+        let nose = check(&relief, 0.06).ok()?;
+        let eyes = Eyes { centers, radius: Some(radius), components: is_eye, skin };
+        Some((nose, Head { frame, eyes, relief }))
+    };
+    let upright = head(&first);
+    // Profiles of flat faces and of hair are alike upside down; noses are not.
+    let is_likely = upright.is_none() || other.deviation < first.deviation + ALIKE;
+    let turned = if is_likely { head(&other) } else { None };
+    match (upright, turned) {
+        (Some((nose, _)), Some((turned_nose, turned))) if turned_nose > CLEARER * nose => {
+            Some((other.deviation, turned))
+        }
+        (Some((_, upright)), _) => Some((first.deviation, upright)),
+        (None, turned) => turned.map(|(_, turned)| (other.deviation, turned)),
     }
-    let frame = HeadFrame::new(origin, found.up, found.forward, unit)?;
-    let radius = 0.5 * (a.radius + b.radius) / unit;
-    let mut centers = [frame.to_local(a.center), frame.to_local(b.center)];
-    centers.sort_by(|a, b| b.x.total_cmp(&a.x));
-    let is_eye = eye_components(points, &frame, centers, radius);
-    let (relief, skin) = skin_relief(points, &frame, &is_eye)?;
-    check(&relief, 0.06).ok()?;
-    let eyes = Eyes { centers, radius: Some(radius), components: is_eye, skin };
-    Some((found.deviation, Head { frame, eyes, relief }))
 }
 
 /// The head of a mesh without eyeballs: the best match of a face's profile in any symmetry
@@ -180,10 +198,10 @@ fn skin_relief(points: &Points, frame: &HeadFrame, is_eye: &[bool]) -> Option<(R
     Some((Relief::new(points, &at, |component| component == skin), skin))
 }
 
-/// Checks that a depth map is that of a face.
+/// Checks that a depth map is that of a face, and returns how far its nose protrudes.
 ///
 /// - `nose`: least protrusion of the nose from the cheeks, in distances between the eyes.
-fn check(relief: &Relief, nose: f64) -> Result<(), &'static str> {
+fn check(relief: &Relief, nose: f64) -> Result<f64, &'static str> {
     if relief.coverage() < 0.7 {
         return Err("the face has large holes");
     }
@@ -202,5 +220,5 @@ fn check(relief: &Relief, nose: f64) -> Result<(), &'static str> {
     if outer.unwrap_or(-2.0) > inner.unwrap_or(0.0) {
         return Err("the cheeks do not recede to the sides");
     }
-    Ok(())
+    Ok(depth - beside)
 }
