@@ -66,18 +66,25 @@ fn psnr(pair: &Pair) -> f64 {
     10.0 * (areas / squares).log10()
 }
 
-/// The share of random points of the target's linked faces that lie in exactly one piece.
-fn covered_once(pair: &Pair) -> f64 {
+/// How often random points of the target's linked faces are covered, by area.
+#[derive(Debug, Default)]
+struct Coverage {
+    /// The share in exactly one piece.
+    once: f64,
+    /// The share in several.
+    repeatedly: f64,
+}
+
+fn coverage(pair: &Pair) -> Coverage {
+    const SAMPLES: usize = 8;
     let mut random = fastrand::Rng::with_seed(3);
-    let (mut once, mut all) = (0.0, 0.0);
+    let (mut found, mut all) = (Coverage::default(), 0.0);
     let pieces: Vec<Piece> = pair.pieces().collect();
     for group in pieces.chunk_by(|one, other| one.target == other.target) {
-        let area = |corners: [Weights; 3]| {
-            let [a, b, c] = corners.map(|weights| point(pair.target(), group[0].target, weights));
-            (b - a).cross(c - a).length()
-        };
-        let weight = area([[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]]);
-        for _ in 0..8 {
+        let unit = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
+        let [a, b, c] = unit.map(|weights| point(pair.target(), group[0].target, weights));
+        let area = (b - a).cross(c - a).length();
+        for _ in 0..SAMPLES {
             let (mut u, mut v) = (random.f64(), random.f64());
             if u + v > 1.0 {
                 (u, v) = (1.0 - u, 1.0 - v);
@@ -90,12 +97,15 @@ fn covered_once(pair: &Pair) -> f64 {
                 let sides = [side(a, b), side(b, c), side(c, a)];
                 sides.iter().all(|side| *side > 0.0) || sides.iter().all(|side| *side < 0.0)
             };
-            let count = group.iter().filter(contains).count();
-            all += weight;
-            once += if count == 1 { weight } else { 0.0 };
+            all += area;
+            match group.iter().filter(contains).count() {
+                0 => {}
+                1 => found.once += area,
+                _ => found.repeatedly += area,
+            }
         }
     }
-    once / all
+    Coverage { once: found.once / all, repeatedly: found.repeatedly / all }
 }
 
 #[test]
@@ -111,10 +121,12 @@ fn remeshed_twins_carry_a_smooth_function() {
         let twin = twin.mesh(&head);
         for (source, target) in [(&head, &twin), (&twin, &head)] {
             let (pair, report) = registered(source, target);
-            let (psnr, once) = (psnr(&pair), covered_once(&pair));
+            let (psnr, Coverage { once, repeatedly }) = (psnr(&pair), coverage(&pair));
             assert!(psnr >= 40.0, "{name}: {psnr} dB");
-            assert!(once >= 0.995, "{name}: covered once {once}");
-            assert!(report.covered >= 0.97, "{name}: covered {}", report.covered);
+            assert!(repeatedly < 1e-4, "{name}: covered repeatedly {repeatedly}");
+            // Where a twin cuts off a sharp edge, normals differ too much.
+            assert!(once >= 0.99, "{name}: covered once {once}");
+            assert!(report.covered >= 0.96, "{name}: covered {}", report.covered);
         }
     }
 }
@@ -199,16 +211,11 @@ fn heads_of_other_shape_and_topology_are_registered() {
         for part in [errors("lips", &[Area::Lips]), errors("nose", &[Area::Nose])] {
             assert!(part.at(0.5) <= 1.2, "{text}, {} {}", part.name, part.at(0.5));
         }
-        let normal = |points: &[DVec3], [a, b, c]: [u32; 3]| {
-            let [a, b, c] = [a, b, c].map(|vertex| points[vertex as usize]);
-            (b - a).cross(c - a)
-        };
-        let flipped = target.faces().iter().filter(|corners| {
-            corners.iter().all(|&vertex| linked[vertex as usize] && within(&face, vertex as usize))
-                && normal(&truth, **corners).dot(normal(&found, **corners)) < 0.0
-        });
-        assert_eq!(flipped.count(), 0, "{text}");
-        assert!(covered_once(&pair) >= 0.995, "{text}");
-        assert!(report.covered > 0.9, "{text}, covered {}", report.covered);
+        assert_eq!(report.flipped, 0, "{text}");
+        let Coverage { once, repeatedly } = coverage(&pair);
+        assert!(repeatedly < 1e-4, "{text}, covered repeatedly {repeatedly}");
+        // The rest is beyond the end of the other surface: of the neck, and of the hair's cap.
+        assert!(once >= 0.97, "{text}, covered once {once}");
+        assert!(report.covered > 0.95, "{text}, covered {}", report.covered);
     }
 }

@@ -35,9 +35,7 @@ impl Kind {
         const HIDDEN: f32 = 0.02;
         const SEEN: f32 = 0.3;
         let is_apart = |a: Self, b: Self| a.exposure <= HIDDEN && b.exposure >= SEEN;
-        self.is_of_body(other)
-            && !is_apart(self, other)
-            && !is_apart(other, self)
+        self.is_of_body(other) && !is_apart(self, other) && !is_apart(other, self)
     }
 
     /// Of points whose triangles have these kinds: a point on the edge of an opening is seen.

@@ -18,7 +18,7 @@ use self::align::Heads;
 use self::equations::Anchor;
 use self::kinds::Kinds;
 pub(super) use self::placed::placed;
-use self::register::Goal;
+use self::register::{Anchors, Goal};
 use self::shape::Shape;
 use super::similarity::{Similarity, median};
 use crate::anatomy::{self, AnatomyError};
@@ -154,7 +154,10 @@ pub(super) fn pieces(
     if !placement.is_exact {
         kinds.moves.iter().for_each(|ball| rest.place_ball(ball));
     }
-    let anchors = anchors(&placement.landmarks, &rest, to_unit, &aligned);
+    let places = anchors(&placement.landmarks, &rest, to_unit, &aligned);
+    let are_given = placement.aligned_by == "landmarks";
+    let stages = if are_given { Anchors::GIVEN } else { Anchors::FOUND };
+    let anchors = Anchors { places, stages };
     let registered = if placement.is_exact {
         rest.clone()
     } else {

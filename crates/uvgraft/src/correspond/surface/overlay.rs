@@ -233,8 +233,8 @@ impl Context<'_> {
                 self.visibility,
             );
             // The nearest of all must not be on another layer.
-            let is_first = closest
-                .is_none_or(|closest| partner.distance < 2.0 * closest.distance + ROUNDING);
+            let is_first =
+                closest.is_none_or(|closest| partner.distance < 2.0 * closest.distance + ROUNDING);
             next.extend(position(partner.triangle).filter(|_| is_first));
         }
         let mut is_reached = vec![false; candidates.len()];

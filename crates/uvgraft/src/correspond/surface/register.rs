@@ -86,19 +86,29 @@ impl Goal {
     }
 }
 
+/// Landmarks, which lead the first stages and fade out.
+#[derive(Debug, Clone)]
+pub(super) struct Anchors {
+    pub places: Vec<Anchor>,
+    /// How many stages they lead, at least 1.
+    pub stages: usize,
+}
+
+impl Anchors {
+    /// Landmarks that were given: they are right.
+    pub const GIVEN: usize = STAGES.len();
+    /// Landmarks that were found in the shape: their errors, of some millimetres, must not stay.
+    pub const FOUND: usize = 2;
+}
+
 /// Registers a shape.
 ///
 /// - `rest`: aligned with the goal, in a unit of about a head's height.
 /// - `kinds`: of its triangles.
-/// - `anchors`: landmarks, which lead the first stages and fade out.
+/// - `anchors`: landmarks.
 ///
 /// Returns the moved points.
-pub(super) fn register(
-    rest: &Shape,
-    kinds: &[Kind],
-    goal: &Goal,
-    anchors: &[Anchor],
-) -> Vec<DVec3> {
+pub(super) fn register(rest: &Shape, kinds: &[Kind], goal: &Goal, anchors: &Anchors) -> Vec<DVec3> {
     /// Weight of a landmark, in points of mean mass.
     const ANCHOR: f64 = 10.0;
     const SETTLED: f64 = 1e-4;
@@ -112,7 +122,7 @@ pub(super) fn register(
     let mut misled = vec![false; rest.points.len()];
     for (stage, stiffness) in STAGES.into_iter().enumerate() {
         let Some(factors) = equations.factorise(stiffness) else { break };
-        let fading = ANCHOR * mean_mass * (1.0 - stage as f64 / STAGES.len() as f64);
+        let fading = ANCHOR * mean_mass * (1.0 - stage as f64 / anchors.stages as f64).max(0.0);
         let is_last = stage + 1 == STAGES.len();
         for step in 0..STEPS + if is_last { REPAIRS } else { 0 } {
             let (mut weights, targets) = partners(rest, &moved, &kinds, goal, equations.masses());
@@ -122,7 +132,7 @@ pub(super) fn register(
             for (weight, _) in weights.iter_mut().zip(&misled).filter(|(_, misled)| **misled) {
                 *weight = 0.0;
             }
-            let next = factors.solve(&weights, &targets, anchors, fading, &displacements);
+            let next = factors.solve(&weights, &targets, &anchors.places, fading, &displacements);
             let change = next.iter().zip(&displacements).map(|(a, b)| a.distance(*b));
             let change = change.fold(0.0, f64::max);
             displacements = next;
