@@ -8,9 +8,10 @@ use crate::mesh::Placement;
 use crate::texture::{Size, Texels, TexelsMut, Texture, TextureError, Value};
 use crate::tile::Tile;
 
-/// Width of the border around each image, in texels. One would do for bilinear samples; filters that
-/// shrink a texture reach further.
-const BORDER_PX: u32 = 16;
+/// Width of the border around each image, in texels. Samples of a target texel spread over at most 32
+/// texels on each of its axes, so turned by 45 degrees they and the widest filter reach 26 beyond
+/// its centre, and the centre may itself be half a target texel beyond the edge.
+const BORDER_PX: u32 = 64;
 
 /// How the images of some tiles lie in one texture. A single image is the whole texture.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -227,32 +228,30 @@ mod tests {
     fn tiles_never_bleed_into_each_other() {
         let tiles = tiles(["1001", "1003", "1012", "1002", "1011"]);
         let values = [0u8, 255, 100, 30, 200];
-        let size = Size::new(7, 5);
-        let atlas = TileAtlas::new(tiles.clone(), size).unwrap();
-        let images = values.map(|value| image(size, vec![value; 35]));
-        let stitched = atlas.stitch(&images).unwrap();
-        assert_eq!(stitched.size(), atlas.size());
         let pair = squares(&tiles);
         assert_eq!((pair.piece_count(), pair.pieces_in_other_tiles().len()), (2, 8));
-        let pair = pair.in_tiles(Direction::Forward, &atlas, Tile::FIRST).unwrap();
-        assert_eq!(pair.piece_count(), 10);
-        // Many samples within half a texel of every edge, and shrunk ones, which reach further.
-        for (filter, side) in [
-            (Filter::Bilinear, 29),
-            (Filter::Bilinear, 1),
-            (Filter::Lanczos3, 29),
-            (Filter::Lanczos3, 3),
-        ] {
-            let to = Size::new(side * 5, side);
-            let sizes = Sizes { from: atlas.size(), to };
-            let graft = Graft::builder(pair.clone(), sizes).filter(filter).build().unwrap();
-            let base =
-                Texture::filled(to, Channels::Grey, Encoding::Srgb, Depth::U8, &[0.5]).unwrap();
-            let result = graft.apply(&stitched, &base).unwrap();
-            let Texels::U8(found) = result.texels() else { panic!("8 bits") };
-            for (k, &value) in found.iter().enumerate() {
-                let tile = k % to.width as usize / side as usize;
-                assert_eq!(value, values[tile], "{filter:?} {side}: texel {k}");
+        for (size, sides) in [(Size::new(7, 5), [29, 3, 1]), (Size::new(192, 160), [29, 6, 3])] {
+            let atlas = TileAtlas::new(tiles.clone(), size).unwrap();
+            let images = values.map(|value| image(size, vec![value; size.texels()]));
+            let stitched = atlas.stitch(&images).unwrap();
+            assert_eq!(stitched.size(), atlas.size());
+            let pair = pair.in_tiles(Direction::Forward, &atlas, Tile::FIRST).unwrap();
+            assert_eq!(pair.piece_count(), 10);
+            // Many samples within half a texel of every edge, and shrunk ones, which reach further.
+            for side in sides {
+                for filter in [Filter::Bilinear, Filter::Lanczos3] {
+                    let to = Size::new(side * 5, side);
+                    let sizes = Sizes { from: atlas.size(), to };
+                    let graft = Graft::builder(pair.clone(), sizes).filter(filter).build().unwrap();
+                    let base =
+                        Texture::filled(to, Channels::Grey, Encoding::Srgb, Depth::U8, &[0.5]);
+                    let result = graft.apply(&stitched, &base.unwrap()).unwrap();
+                    let Texels::U8(found) = result.texels() else { panic!("8 bits") };
+                    for (k, &value) in found.iter().enumerate() {
+                        let tile = k % to.width as usize / side as usize;
+                        assert_eq!(value, values[tile], "{filter:?} {side}: texel {k}");
+                    }
+                }
             }
         }
     }

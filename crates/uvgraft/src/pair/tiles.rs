@@ -92,9 +92,9 @@ mod tests {
             |numbers: &[&str], to| pair.in_tiles(Direction::Forward, &atlas(numbers), tile(to));
         let both = forward(&["1003", "1001"], "1001").unwrap();
         assert_eq!(targets(&both), [0, 1]);
-        // Two cells of 32 texels with borders of 16: 1003 on the left.
+        // Two cells of 32 texels with borders of 64: 1003 on the left.
         let uv = both.source().uv_triangle(1)[0];
-        assert_eq!(uv, [(16.0 + 0.25 * 32.0) / 128.0, 16.0 / 64.0]);
+        assert_eq!(uv, [(64.0 + 0.25 * 32.0) / 320.0, 64.0 / 160.0]);
         assert_eq!(both.target().uv_triangle(1), pair.target().uv_triangle(1));
         assert_eq!(targets(&forward(&["1001"], "1002").unwrap()), [3]);
         assert_eq!(forward(&["1003"], "1002"), None);
