@@ -4,7 +4,7 @@ use glam::{DQuat, DVec3};
 use uvgraft::correspond::surface::SurfaceReport;
 use uvgraft::correspond::{By, FindOptions, Method, find};
 use uvgraft::piece::Weights;
-use uvgraft::{Anatomy, Area, Extent, Mesh, Pair, Piece};
+use uvgraft::{Anatomy, Area, Extent, Landmark, Mesh, Pair, Piece};
 use uvgraft_figure::Figure;
 use uvgraft_tests::remeshed::Remeshed;
 use uvgraft_tests::synthetic::posed;
@@ -12,7 +12,7 @@ use uvgraft_tests::synthetic::posed;
 fn registered(source: &Mesh, target: &Mesh) -> (Pair, SurfaceReport) {
     let mut options = FindOptions::default();
     options.by = By::Surface;
-    let found = find(source.clone(), target.clone(), &options).unwrap();
+    let found = find(source.clone(), target.clone(), &options).expect("heads are found");
     let Method::Surface(report) = found.method else { panic!("not by surface") };
     (found.pair, report)
 }
@@ -133,9 +133,9 @@ fn remeshed_twins_carry_a_smooth_function() {
 
 /// A head of another shape, elsewhere and in another unit.
 fn another(head: &Mesh, shape: usize) -> Mesh {
-    let anatomy = Anatomy::find(head).unwrap();
+    let anatomy = Anatomy::find(head).expect("the figure has a face");
     let frame = *anatomy.frame();
-    let nose = DVec3::from(frame.local(anatomy.point(uvgraft::Landmark::NoseTip).unwrap()));
+    let nose = DVec3::from(frame.local(anatomy.point(Landmark::NoseTip).expect("a nose")));
     let [wide, high, deep, jaw, longer, cheeks] = [
         [1.08, 1.05, 0.97, 0.06, 0.12, 0.05],
         [0.94, 1.10, 1.04, -0.05, -0.06, 0.0],

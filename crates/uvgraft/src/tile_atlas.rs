@@ -245,7 +245,7 @@ mod tests {
                     let graft = Graft::builder(pair.clone(), sizes).filter(filter).build().unwrap();
                     let base =
                         Texture::filled(to, Channels::Grey, Encoding::Srgb, Depth::U8, &[0.5]);
-                    let result = graft.apply(&stitched, &base.unwrap()).unwrap();
+                    let result = graft.apply(&stitched, base.unwrap()).unwrap();
                     let Texels::U8(found) = result.texels() else { panic!("8 bits") };
                     for (k, &value) in found.iter().enumerate() {
                         let tile = k % to.width as usize / side as usize;
