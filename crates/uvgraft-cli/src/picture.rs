@@ -40,6 +40,10 @@ impl Picture {
         Self { size, values: background.repeat(size.texels()) }
     }
 
+    pub(crate) fn size(&self) -> Size {
+        self.size
+    }
+
     /// Sets a pixel; positions outside are ignored.
     pub(crate) fn set(&mut self, x: u32, y: u32, color: Rgb) {
         if x < self.size.width && y < self.size.height {

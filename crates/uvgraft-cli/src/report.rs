@@ -5,6 +5,7 @@ use std::io::{self, Write as _};
 
 use anyhow::Context;
 use serde::Serialize;
+use uvgraft::correspond::surface::SurfaceReport;
 use uvgraft::correspond::table::{TableReport, TableRows};
 use uvgraft::mesh_report::TileFaces;
 use uvgraft::report::{LayoutReport, Percentiles};
@@ -115,6 +116,14 @@ impl LinkedTable {
 }
 
 impl Linked {
+    /// What registration found, if the meshes were linked by it.
+    pub(crate) fn registered(&self) -> Option<&SurfaceReport> {
+        match &self.linked_by {
+            Method::Found(correspond::Method::Surface(report)) => Some(report),
+            _ => None,
+        }
+    }
+
     /// What a reader of the report wants to know, in a few lines.
     fn text(&self) -> String {
         let how = match &self.linked_by {

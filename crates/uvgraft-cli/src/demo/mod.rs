@@ -110,7 +110,7 @@ pub(crate) fn run(args: &Args) -> anyhow::Result<ExitCode> {
         })?
         .file("head_to_body.uvpair", "linked pair", |path| Ok(pair_file::write(&file, path)?))?
         .file("preview.png", "both layouts, linked region in colour", |path| {
-            preview::write(&file, path)
+            preview::write(&file, None, path)
         })?
         .texture("face.png", "face texture of the head", face)?
         .texture("body_base.png", "body texture before the transfer", base)?

@@ -66,7 +66,7 @@ fn inspect_pair(args: &Args, pair: &Path) -> anyhow::Result<ExitCode> {
         .into_iter()
         .for_each(warn);
     if let Some(path) = &args.preview {
-        preview::write(&file, path)?;
+        preview::write(&file, None, path)?;
     }
     Ok(ExitCode::SUCCESS)
 }

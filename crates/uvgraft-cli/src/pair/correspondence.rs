@@ -175,7 +175,7 @@ impl Options {
     /// Saves the registered target, if that was asked for.
     pub(super) fn save_registered(&self, pair: &Pair, linked: &Linked) -> anyhow::Result<()> {
         let Some(path) = &self.registered else { return Ok(()) };
-        let Method::Found(correspond::Method::Surface(report)) = &linked.linked_by else {
+        let Some(report) = linked.registered() else {
             return Err(bad_input(format!(
                 "cannot write {}: the meshes were not registered, since their triangles correspond; \
                  --by surface registers them all the same",

@@ -98,7 +98,7 @@ pub(crate) fn run(args: &Args) -> anyhow::Result<ExitCode> {
         .for_each(warn);
     report::print_linked(&file, &linked.linked, &args.sizes, args.json)?;
     if let Some(path) = &args.preview {
-        preview::write(&file, path)?;
+        preview::write(&file, linked.linked.registered(), path)?;
     }
     Ok(ExitCode::SUCCESS)
 }

@@ -82,6 +82,18 @@ impl Similarity {
         self.rotation * point * self.scale + self.translation
     }
 
+    /// The transform as a homogeneous matrix, in rows.
+    pub fn rows(&self) -> [[f64; 4]; 4] {
+        let linear = self.rotation.transpose() * self.scale;
+        let [x, y, z] = self.translation.to_array();
+        [
+            linear.x_axis.extend(x).to_array(),
+            linear.y_axis.extend(y).to_array(),
+            linear.z_axis.extend(z).to_array(),
+            [0.0, 0.0, 0.0, 1.0],
+        ]
+    }
+
     /// How far each pair's points remain from each other, in the unit of the second ones.
     pub fn distances(&self, pairs: &[[DVec3; 2]]) -> Vec<f64> {
         pairs.iter().map(|&[from, to]| self.apply(from).distance(to)).collect()

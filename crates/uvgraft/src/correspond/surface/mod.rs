@@ -115,6 +115,9 @@ pub enum SurfaceError {
 pub struct SurfaceReport {
     /// How the target was aligned: `"positions"`, `"heads"` or `"landmarks"`.
     pub aligned_by: &'static str,
+    /// The matrix, in rows, that takes the target's vertices into the source's place before they are
+    /// moved onto its surface.
+    pub alignment: [[f64; 4]; 4],
     /// Median distance of registered points from the source, where linked.
     pub distance_median: f64,
     /// Its 95th percentile.
@@ -315,6 +318,7 @@ fn report(
     }
     SurfaceReport {
         aligned_by: placement.aligned_by,
+        alignment: placement.transform.rows(),
         distance_median: at(0.5),
         distance_p95: at(0.95),
         flipped,

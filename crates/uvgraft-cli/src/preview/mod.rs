@@ -3,15 +3,18 @@
 //! The linked region has the same colours on both sides: hue and checks follow the position in the
 //! source layout, so an eye that is orange on the left must be orange on the right.
 
+mod surfaces;
+
 use std::path::Path;
 use std::sync::Arc;
 
 use tiny_skia::{Color, Paint, PathBuilder, Stroke, Transform};
+use uvgraft::correspond::surface::SurfaceReport;
 use uvgraft::islands::Islands;
 use uvgraft::{Blend, Direction, Graft, MapOptions, Mesh, SamplingMap, Size, Sizes, Texture};
 use uvgraft_io::pair_file::PairFile;
 
-use crate::picture::Picture;
+use crate::picture::{Picture, Rgb};
 use crate::report::grouped;
 
 /// Side of a layout's panel, in pixels.
@@ -20,7 +23,9 @@ pub(crate) const MARGIN: u32 = 24;
 pub(crate) const CAPTION: u32 = 56;
 
 pub(crate) const BACKGROUND: [u8; 3] = [24, 26, 30];
-const UNLINKED: [u8; 3] = [74, 78, 86];
+const UNLINKED: Rgb = [74, 78, 86];
+const TEXT: Rgb = [236, 238, 242];
+const FAINT_TEXT: Rgb = [160, 166, 176];
 
 /// Draws the weight of a blend at each texel, on both layouts, and writes the picture.
 pub(crate) fn write_region(file: &PairFile, blend: &Arc<Blend>, path: &Path) -> anyhow::Result<()> {
@@ -37,13 +42,14 @@ pub(crate) fn write_region(file: &PairFile, blend: &Arc<Blend>, path: &Path) -> 
         let [x, y] = uv.map(|at| (at * f64::from(PANEL)).clamp(0.0, f64::from(PANEL - 1)) as u32);
         weight_color(weights.get(x, y, 0))
     };
-    draw(file, path, |shown, here_uv, there_uv| {
+    let picture = layouts(file, 0, |shown, here_uv, there_uv| {
         to_color(if shown == direction { here_uv } else { there_uv })
-    })
+    })?;
+    picture.write(path)
 }
 
 /// From grey (excluded) through dark blue (little) to yellow (full weight).
-fn weight_color(weight: f32) -> [u8; 3] {
+fn weight_color(weight: f32) -> Rgb {
     if weight == 0.0 {
         return UNLINKED.map(|value| value + 34);
     }
@@ -52,22 +58,38 @@ fn weight_color(weight: f32) -> [u8; 3] {
 }
 
 /// Draws a pair and writes the picture.
-pub(crate) fn write(file: &PairFile, path: &Path) -> anyhow::Result<()> {
-    draw(file, path, |shown, here_uv, there_uv| {
-        place_color(if shown == Direction::Forward { there_uv } else { here_uv })
-    })
+///
+/// - `registered`: what registration found, if the meshes were linked by it; both surfaces are drawn
+///   too.
+pub(crate) fn write(
+    file: &PairFile,
+    registered: Option<&SurfaceReport>,
+    path: &Path,
+) -> anyhow::Result<()> {
+    let below = if registered.is_some() { surfaces::HEIGHT } else { 0 };
+    let mut picture = layouts(file, below, by_place)?;
+    if let Some(report) = registered {
+        surfaces::draw(file, report, &mut picture)?;
+    }
+    picture.write(path)
+}
+
+/// The colour of a linked texel by its position in the source layout.
+fn by_place(shown: Direction, here_uv: [f64; 2], there_uv: [f64; 2]) -> Rgb {
+    place_color(if shown == Direction::Forward { there_uv } else { here_uv })
 }
 
 /// Draws both layouts.
 ///
+/// - `below`: height of the empty space below them, in pixels.
 /// - `color`: the colour of a linked texel, by the direction that leads to the layout, and its UV
 ///   coordinates there and in the other layout.
-fn draw(
+fn layouts(
     file: &PairFile,
-    path: &Path,
-    color: impl Fn(Direction, [f64; 2], [f64; 2]) -> [u8; 3],
-) -> anyhow::Result<()> {
-    let size = Size::new(2 * PANEL + 3 * MARGIN, PANEL + CAPTION + 2 * MARGIN);
+    below: u32,
+    color: impl Fn(Direction, [f64; 2], [f64; 2]) -> Rgb,
+) -> anyhow::Result<Picture> {
+    let size = Size::new(2 * PANEL + 3 * MARGIN, PANEL + CAPTION + 2 * MARGIN + below);
     let mut picture = Picture::new(size, BACKGROUND);
     for (index, (title, direction)) in (0u32..).zip([
         (format!("source: {}", file.source_name), Direction::Reverse),
@@ -76,7 +98,7 @@ fn draw(
         let left = MARGIN + index * (PANEL + MARGIN);
         let panel = panel(file, direction, |here, there| color(direction, here, there))?;
         picture.paste(&panel, left, CAPTION + MARGIN);
-        picture.text(&title, left, MARGIN, 2, [236, 238, 242]);
+        picture.text(&title, left, MARGIN, 2, TEXT);
         let mesh = file.pair.to(direction);
         let linked = match direction {
             Direction::Forward => file.pair.pieces().map(|piece| piece.target).collect(),
@@ -88,9 +110,9 @@ fn draw(
             grouped(mesh.faces().len()),
             grouped(Islands::new(mesh).count()),
         );
-        picture.text(&counts, left, MARGIN + 28, 1, [160, 166, 176]);
+        picture.text(&counts, left, MARGIN + 28, 1, FAINT_TEXT);
     }
-    picture.write(path)
+    Ok(picture)
 }
 
 fn distinct(mut faces: Vec<u32>) -> usize {
@@ -104,33 +126,48 @@ fn distinct(mut faces: Vec<u32>) -> usize {
 fn panel(
     file: &PairFile,
     direction: Direction,
-    color: impl Fn([f64; 2], [f64; 2]) -> [u8; 3],
+    color: impl Fn([f64; 2], [f64; 2]) -> Rgb,
 ) -> anyhow::Result<Texture> {
     let mesh = file.pair.to(direction);
-    let size = Size::square(PANEL);
-    let mut panel = Picture::new(size, BACKGROUND.map(|value| value / 2));
-    let options = MapOptions::with_gutter(0);
-    let all = SamplingMap::of_layout(mesh, size, &options);
-    let linked = SamplingMap::new(&file.pair, direction, size, &options);
+    let mut panel = Picture::new(Size::square(PANEL), BACKGROUND.map(|value| value / 2));
+    let all = SamplingMap::of_layout(mesh, panel.size(), &MapOptions::with_gutter(0));
     for y in 0..PANEL {
         for run in all.row(y) {
             (run.x..run.x + run.len).for_each(|x| panel.set(x, y, UNLINKED));
         }
+    }
+    color_linked(file, direction, 0, &mut panel, color);
+    draw_lines(mesh, &mut panel)?;
+    panel.into_texture()
+}
+
+/// Colours the linked texels of the layout that `direction` leads to, and those in a gutter around
+/// them.
+fn color_linked(
+    file: &PairFile,
+    direction: Direction,
+    gutter_px: u32,
+    picture: &mut Picture,
+    color: impl Fn([f64; 2], [f64; 2]) -> Rgb,
+) {
+    let size = picture.size();
+    let options = MapOptions::with_gutter(gutter_px);
+    let linked = SamplingMap::new(&file.pair, direction, size, &options);
+    for y in 0..size.height {
         for run in linked.row(y) {
             let patch = &linked.patches()[run.patch as usize];
             for x in run.x..run.x + run.len {
                 let here = [f64::from(x) + 0.5, f64::from(y) + 0.5];
                 let there_uv = patch.src_uv_from_tgt_px.at(here);
-                panel.set(x, y, color(here.map(|at| at / f64::from(PANEL)), there_uv));
+                let here_uv = [here[0] / f64::from(size.width), here[1] / f64::from(size.height)];
+                picture.set(x, y, color(here_uv, there_uv));
             }
         }
     }
-    draw_lines(mesh, &mut panel)?;
-    panel.into_texture()
 }
 
 /// A colour that encodes a position in the unit square: four corner colours blended, with checks.
-fn place_color([u, v]: [f64; 2]) -> [u8; 3] {
+fn place_color([u, v]: [f64; 2]) -> Rgb {
     const CORNERS: [[f64; 3]; 4] =
         [[240.0, 110.0, 90.0], [245.0, 200.0, 80.0], [90.0, 120.0, 230.0], [70.0, 200.0, 160.0]];
     let (s, t) = (u.clamp(0.0, 1.0), v.clamp(0.0, 1.0));
