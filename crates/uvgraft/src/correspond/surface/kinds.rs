@@ -4,6 +4,7 @@
 use glam::DVec3;
 
 use super::shape::Shape;
+use super::tree::Tree;
 use crate::anatomy::Ball;
 use crate::correspond::similarity::Similarity;
 use crate::threads::map_indices;
@@ -32,10 +33,20 @@ impl Kind {
 
     /// Whether a triangle of the target may lie on one of the source.
     pub fn may_meet(self, other: Self) -> bool {
-        const HIDDEN: f32 = 0.02;
         const SEEN: f32 = 0.3;
-        let is_apart = |a: Self, b: Self| a.exposure <= HIDDEN && b.exposure >= SEEN;
+        let is_apart = |a: Self, b: Self| a.is_hidden() && b.exposure >= SEEN;
         self.is_of_body(other) && !is_apart(self, other) && !is_apart(other, self)
+    }
+
+    /// Whether nothing outside sees the triangle.
+    pub fn is_hidden(self) -> bool {
+        const HIDDEN: f32 = 0.02;
+        self.exposure <= HIDDEN
+    }
+
+    /// The same without any counterpart.
+    pub fn alone(self) -> Self {
+        Self { ball: Self::ALONE, ..self }
     }
 
     /// Of points whose triangles have these kinds: a point on the edge of an opening is seen.
@@ -72,64 +83,141 @@ impl Kinds {
         aligned: &Similarity,
         unit: f64,
     ) -> Self {
-        let [mut source, mut target] = shapes.map(|shape| {
-            exposures(shape)
-                .into_iter()
-                .map(|exposure| Kind { ball: Kind::SKIN, exposure })
-                .collect::<Vec<Kind>>()
-        });
-        let [source_balls, target_balls] = balls;
-        let mut moves = Vec::new();
-        // In a surface that has no balls, as a scan, eyes are part of the skin.
-        if !source_balls.is_empty() {
-            for (number, ball) in (0..).zip(&source_balls) {
-                for &face in &ball.faces {
-                    source[face as usize].ball = number;
-                }
-            }
-            for ball in target_balls {
-                let (center, radius) =
-                    (to_shape(aligned.apply(ball.center)), ball.radius * aligned.scale / unit);
-                let unlike = |other: &Ball| {
-                    let far = to_shape(other.center).distance(center);
-                    far + (other.radius / unit - radius).abs()
-                };
-                let nearest = (0..)
-                    .zip(&source_balls)
-                    .map(|(number, other)| (unlike(other), number, other))
-                    .filter(|(unlike, ..)| *unlike < radius)
-                    .min_by(|a, b| a.0.total_cmp(&b.0));
-                let number = nearest.map_or(Kind::ALONE, |(_, number, _)| number);
-                for &face in &ball.faces {
-                    target[face as usize].ball = number;
-                }
-                if let Some((.., other)) = nearest {
-                    let to = to_shape(other.center);
-                    let scale = other.radius / unit / radius;
-                    moves.push(BallMove { faces: ball.faces, center, to, scale });
-                }
-            }
+        let [mut source, mut target] = shapes.map(Side::new);
+        let [source_balls, mut target_balls] = balls;
+        for ball in &mut target_balls {
+            ball.center = to_shape(aligned.apply(ball.center));
+            ball.radius *= aligned.scale / unit;
         }
-        Self { source, target, moves }
+        let source_balls: Vec<Ball> = source_balls
+            .into_iter()
+            .map(|ball| Ball { center: to_shape(ball.center), radius: ball.radius / unit, ..ball })
+            .collect();
+        let mut moves = Vec::new();
+        match (source_balls.is_empty(), target_balls.is_empty()) {
+            (true, false) => target.settle(&target_balls, &source),
+            (false, true) => source.settle(&source_balls, &target),
+            _ => moves = matched(&mut source, &source_balls, &mut target, target_balls),
+        }
+        Self { source: source.kinds, target: target.kinds, moves }
     }
 }
 
+/// A shape whose triangles get their kinds.
+struct Side<'a> {
+    shape: &'a Shape,
+    tree: Tree,
+    normals: Vec<DVec3>,
+    kinds: Vec<Kind>,
+}
+
+impl<'a> Side<'a> {
+    /// All skin.
+    fn new(shape: &'a Shape) -> Self {
+        let (tree, normals) = (shape.tree(), shape.face_normals());
+        let kinds = exposures(shape, &tree, &normals)
+            .into_iter()
+            .map(|exposure| Kind { ball: Kind::SKIN, exposure })
+            .collect();
+        Self { shape, tree, normals, kinds }
+    }
+
+    fn mark(&mut self, faces: &[u32], ball: u16) {
+        faces.iter().for_each(|&face| self.kinds[face as usize].ball = ball);
+    }
+
+    /// Decides on balls where the other mesh has none. In a scan, eyes are part of the skin, and balls
+    /// belong there. Where the other mesh has empty sockets, they belong nowhere.
+    fn settle(&mut self, balls: &[Ball], other: &Self) {
+        /// What is seen less lies behind lids.
+        const BEHIND_LIDS: f32 = 0.1;
+        for ball in balls {
+            let is_seen = |&face: &u32| self.kinds[face as usize].exposure > BEHIND_LIDS;
+            let (seen, hidden): (Vec<u32>, Vec<u32>) =
+                ball.faces.iter().copied().partition(is_seen);
+            if !self.is_on(&seen, ball.radius, other) {
+                self.mark(&seen, Kind::ALONE);
+            }
+            self.mark(&hidden, Kind::ALONE);
+        }
+    }
+
+    /// Whether a ball's faces lie on the other shape's surface, measured along their normals: the lids
+    /// around an empty socket are near too, but beside the ball.
+    fn is_on(&self, faces: &[u32], radius: f64, other: &Self) -> bool {
+        /// In radii. Alignment leaves up to 0.5, and sockets are at least 1.4 deep.
+        const NEAR: f64 = 0.8;
+        const MOST: f64 = 0.85;
+        const COMPATIBLE: f64 = 0.5;
+        let (mut near, mut all) = (0.0, 0.0);
+        for &face in faces {
+            let area = self.shape.area_vector(face as usize).length();
+            let center = self.shape.corners(face as usize).into_iter().sum::<DVec3>() / 3.0;
+            let normal = self.normals[face as usize];
+            let is_alike = |at: u32| other.normals[at as usize].dot(normal) > COMPATIBLE;
+            all += area;
+            if other.tree.distance_along(center, normal, NEAR * radius, is_alike).is_some() {
+                near += area;
+            }
+        }
+        near > MOST * all
+    }
+}
+
+/// Gives balls of both meshes that are near each other the same number, and returns where those of the
+/// target go.
+fn matched(
+    source: &mut Side<'_>,
+    source_balls: &[Ball],
+    target: &mut Side<'_>,
+    target_balls: Vec<Ball>,
+) -> Vec<BallMove> {
+    let mut moves = Vec::new();
+    for (number, ball) in (0..).zip(source_balls) {
+        source.mark(&ball.faces, number);
+    }
+    for ball in target_balls {
+        let unlike =
+            |other: &Ball| other.center.distance(ball.center) + (other.radius - ball.radius).abs();
+        let nearest = (0..)
+            .zip(source_balls)
+            .map(|(number, other)| (unlike(other), number, other))
+            .filter(|(unlike, ..)| *unlike < ball.radius)
+            .min_by(|a, b| a.0.total_cmp(&b.0));
+        target.mark(&ball.faces, nearest.map_or(Kind::ALONE, |(_, number, _)| number));
+        if let Some((.., other)) = nearest {
+            let scale = other.radius / ball.radius;
+            moves.push(BallMove {
+                faces: ball.faces,
+                center: ball.center,
+                to: other.center,
+                scale,
+            });
+        }
+    }
+    moves
+}
+
 /// For each triangle, the share of directions before it that nothing hides.
-fn exposures(shape: &Shape) -> Vec<f32> {
+fn exposures(shape: &Shape, tree: &Tree, normals: &[DVec3]) -> Vec<f32> {
     /// About half of them are before a triangle.
     const DIRECTIONS: usize = 40;
-    /// Rays start this far before the triangle, and rise at least so steeply.
-    const BEFORE: f64 = 1e-5;
+    /// Rays start this far before the triangle, relative to its size, so that they pass what noise
+    /// folded over it, and at most so far.
+    const BEFORE: f64 = 0.3;
+    const FARTHEST: f64 = 0.004;
+    /// They rise at least so steeply.
     const RISE: f64 = 0.2;
     let directions: Vec<DVec3> = fibonacci(DIRECTIONS);
-    let (tree, normals) = (shape.tree(), shape.face_normals());
     map_indices(shape.triangles.len(), |triangle| {
         let normal = normals[triangle];
-        let center = shape.corners(triangle).into_iter().sum::<DVec3>() / 3.0 + normal * BEFORE;
-        let before: Vec<DVec3> =
+        let size = shape.area_vector(triangle).length().sqrt();
+        let before = (BEFORE * size).min(FARTHEST);
+        let center = shape.corners(triangle).into_iter().sum::<DVec3>() / 3.0 + normal * before;
+        let rising: Vec<DVec3> =
             directions.iter().copied().filter(|along| along.dot(normal) > RISE).collect();
-        let open = before.iter().filter(|&&along| !tree.is_hit(center, along)).count();
-        open as f32 / before.len().max(1) as f32
+        let open = rising.iter().filter(|&&along| !tree.is_hit(center, along)).count();
+        open as f32 / rising.len().max(1) as f32
     })
 }
 

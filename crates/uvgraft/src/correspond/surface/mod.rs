@@ -122,7 +122,8 @@ pub struct SurfaceReport {
     pub distance_median: f64,
     /// Its 95th percentile.
     pub distance_p95: f64,
-    /// Linked triangles that registration turned over.
+    /// Triangles that are seen from outside, are near the source and were turned over by registration.
+    /// They are not linked.
     pub flipped: usize,
     /// Share of the target's area with a counterpart.
     pub covered: f64,
@@ -152,7 +153,7 @@ pub(super) fn pieces(
     let aligned = placement.transform;
     let mut rest = Shape::new(&surfaces[1], |point| to_unit(aligned.apply(point)));
     let balls = [source, target].map(anatomy::balls);
-    let kinds = Kinds::new([&goal.shape, &rest], balls, to_unit, &aligned, unit);
+    let mut kinds = Kinds::new([&goal.shape, &rest], balls, to_unit, &aligned, unit);
     goal.kinds = kinds.source;
     if !placement.is_exact {
         kinds.moves.iter().for_each(|ball| rest.place_ball(ball));
@@ -166,12 +167,20 @@ pub(super) fn pieces(
     } else {
         Shape { points: register::register(&rest, &kinds.target, &goal, &anchors), ..rest.clone() }
     };
+    let mut flipped = 0;
+    for triangle in register::turned_over(&rest, &registered) {
+        let kind = &mut kinds.target[triangle];
+        let center = registered.corners(triangle).into_iter().sum::<DVec3>() / 3.0;
+        let nearest = goal.tree.nearest(center, options.reach, |_| true);
+        flipped += usize::from(!kind.is_hidden() && nearest.is_some());
+        *kind = kind.alone();
+    }
     let laid =
         overlay::overlay(&goal, &registered, &kinds.target, options.reach, options.visibility);
     if laid.pieces.is_empty() {
         return Err(SurfaceError::Nothing);
     }
-    let report = report(&placement, &rest, &registered, &laid, target, &surfaces[1]);
+    let report = report(&placement, &registered, &laid, flipped, target, &surfaces[1]);
     Ok((laid.pieces, report))
 }
 
@@ -289,9 +298,9 @@ fn anchors(
 
 fn report(
     placement: &Placement,
-    rest: &Shape,
     registered: &Shape,
     laid: &overlay::Overlay,
+    flipped: usize,
     target: &Mesh,
     surface: &Surface,
 ) -> SurfaceReport {
@@ -301,14 +310,6 @@ fn report(
         let last = distances.len().saturating_sub(1) as f64;
         distances.get((share * last).round() as usize).copied().unwrap_or(0.0) * placement.unit
     };
-    let flipped = laid
-        .covered
-        .iter()
-        .enumerate()
-        .filter(|&(face, &covered)| {
-            covered > 0.0 && rest.area_vector(face).dot(registered.area_vector(face)) < 0.0
-        })
-        .count();
     let mut points = vec![[0.0; 3]; target.positions().len()];
     for (face, corners) in target.faces().iter().zip(surface.triangles()) {
         for k in 0..3 {

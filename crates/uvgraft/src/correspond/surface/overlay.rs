@@ -142,23 +142,44 @@ struct Clipped {
     on_source: u8,
 }
 
+/// A corner of the part of a source triangle that is near a target triangle.
+#[derive(Debug, Clone, Copy)]
+struct SourceCorner {
+    at: DVec3,
+    weights: Weights,
+    /// As [`Clipped::on_source`].
+    on_source: u8,
+}
+
 impl Context<'_> {
     fn triangle(&self, triangle: u32) -> OverTriangle {
-        let frame = Prism::new(self, triangle);
-        let Some(frame) = frame else { return OverTriangle::default() };
-        let candidates = self.candidates(&frame);
+        /// Gaps that are smaller are where the source ends.
+        const GAP: f64 = 0.1;
+        let Some(frame) = Prism::new(self, triangle) else { return OverTriangle::default() };
+        let found = self.lay_over(&frame);
+        if found.covered > 1.0 - GAP {
+            return found;
+        }
+        // Where noise folds a surface, interpolated normals may cross even near the triangle. Its own
+        // normal always projects, if not quite as its neighbours do.
+        let flat = self.lay_over(&frame.flat());
+        if flat.covered > found.covered + GAP { flat } else { found }
+    }
+
+    fn lay_over(&self, frame: &Prism) -> OverTriangle {
+        let candidates = self.candidates(frame);
         let mut found = OverTriangle::default();
         let mut heights = Vec::new();
-        for index in self.layer(&frame, &candidates) {
+        for index in self.layer(frame, &candidates) {
             let Candidate { source, polygon, .. } = &candidates[index];
             let corners: Vec<[Weights; 2]> =
-                polygon.iter().map(|corner| self.exact(&frame, *source, corner)).collect();
+                polygon.iter().map(|corner| self.exact(frame, *source, corner)).collect();
             for k in 1..corners.len() - 1 {
                 let fan = [corners[0], corners[k], corners[k + 1]];
                 let area = area(fan.map(|corner| corner[0]));
                 if area > LEAST_AREA {
                     found.covered += area;
-                    found.pieces.push(piece(triangle, *source, fan));
+                    found.pieces.push(piece(frame.triangle, *source, fan));
                 }
             }
             heights.extend(polygon.iter().map(|corner| corner.height.abs()));
@@ -179,26 +200,23 @@ impl Context<'_> {
                 return;
             }
             let corners = self.goal.shape.corners(source as usize);
-            let Some(projected) = corners
-                .iter()
-                .map(|&corner| frame.project(corner))
-                .collect::<Option<Vec<(Weights, f64)>>>()
+            let Some(polygon) = frame
+                .near_part(corners)
+                .into_iter()
+                .map(|corner| {
+                    let (target, height) = frame.project(corner.at)?;
+                    let SourceCorner { weights: source, on_source, .. } = corner;
+                    Some(Clipped { target, source, height, on_target: 0, on_source })
+                })
+                .collect::<Option<Vec<Clipped>>>()
             else {
                 return;
             };
-            let is_aside = |k: usize| projected.iter().all(|(weights, _)| weights[k] <= 0.0);
-            if (0..3).any(is_aside) || area([0, 1, 2].map(|k| projected[k].0)) <= 0.0 {
+            let is_aside = |k: usize| polygon.iter().all(|corner| corner.target[k] <= 0.0);
+            if (0..3).any(is_aside) || signed_area(&polygon) <= 0.0 {
                 return;
             }
-            let polygon: Vec<Clipped> = (0..3)
-                .map(|k| {
-                    let mut source = [0.0; 3];
-                    source[k] = 1.0;
-                    let (target, height) = projected[k];
-                    Clipped { target, source, height, on_target: 0, on_source: 0b111 ^ (1 << k) }
-                })
-                .collect();
-            let polygon = (0..3).fold(polygon, |polygon, k| clip(&polygon, k));
+            let polygon = (0..3).fold(polygon, |polygon, k| clip_to_edge(&polygon, k));
             if polygon.len() > 2 {
                 let height = polygon.iter().map(|corner| corner.height.abs()).sum::<f64>()
                     / polygon.len() as f64;
@@ -217,24 +235,15 @@ impl Context<'_> {
         let position = |source: u32| {
             candidates.binary_search_by_key(&source, |candidate| candidate.source).ok()
         };
-        let center = frame.corners.iter().sum::<DVec3>() / 3.0;
-        let seeds = [center, frame.corners[0], frame.corners[1], frame.corners[2]];
         let mut next: Vec<usize> = Vec::new();
-        for seed in seeds {
+        for (seed, closest) in seeds(frame.corners).into_iter().zip(frame.closest) {
             let partner = self.goal.tree.nearest(seed, self.reach * 2.0, |source| {
                 position(source).is_some_and(|index| candidates[index].is_seed)
             });
             let Some(partner) = partner else { continue };
-            let closest = self.goal.partner(
-                frame.kind,
-                seed,
-                frame.normal,
-                self.reach * 2.0,
-                self.visibility,
-            );
             // The nearest of all must not be on another layer.
             let is_first =
-                closest.is_none_or(|closest| partner.distance < 2.0 * closest.distance + ROUNDING);
+                closest.is_none_or(|closest| partner.distance < 2.0 * closest + ROUNDING);
             next.extend(position(partner.triangle).filter(|_| is_first));
         }
         let mut is_reached = vec![false; candidates.len()];
@@ -339,23 +348,93 @@ impl Context<'_> {
 /// The space above and below a target triangle, along interpolated normals.
 #[derive(Debug, Clone)]
 struct Prism {
+    triangle: u32,
     points: [u32; 3],
     corners: [DVec3; 3],
     normals: [DVec3; 3],
     normal: DVec3,
     kind: Kind,
+    /// For each corner, its weight at a point: `offset + gradient · p`, by orthogonal projection.
+    weights: [(f64, DVec3); 3],
+    /// What is farther outside than these weights never projects into the triangle.
+    margins: Weights,
+    /// Distances of the centre and of the corners from the closest compatible part of the source.
+    closest: [Option<f64>; 4],
 }
 
 impl Prism {
     /// `None` for a triangle without area.
     fn new(context: &Context<'_>, triangle: u32) -> Option<Self> {
         let points = context.target.triangles[triangle as usize];
-        let normal = context.target.area_vector(triangle as usize).try_normalize()?;
-        let normals = points.map(|point| context.normals[point as usize]);
+        let double_area = context.target.area_vector(triangle as usize);
+        let normal = double_area.try_normalize()?;
         let corners = context.target.corners(triangle as usize);
-        let normals = normals.map(|at| raised(at, normal));
         let kind = context.kinds[triangle as usize];
-        Some(Self { points, corners, normals, normal, kind })
+        let weights = [0, 1, 2].map(|k| {
+            let [from, to] = [corners[(k + 1) % 3], corners[(k + 2) % 3]];
+            let gradient = normal.cross(to - from) / double_area.length();
+            (-gradient.dot(from), gradient)
+        });
+        let closest = seeds(corners).map(|at| {
+            let reach = context.reach * 2.0;
+            let partner = context.goal.partner(kind, at, normal, reach, context.visibility);
+            partner.map(|partner| partner.distance)
+        });
+        let normals = points.map(|point| raised(context.normals[point as usize], normal));
+        let flat = Self {
+            triangle,
+            points,
+            corners,
+            normals: [normal; 3],
+            normal,
+            kind,
+            weights,
+            margins: [1.0; 3],
+            closest,
+        };
+        Some(flat.along(normals, context.reach * 2.0))
+    }
+
+    /// The same with other normals.
+    fn along(self, normals: [DVec3; 3], reach: f64) -> Self {
+        // How far points of the source move aside when they are projected. It must not depend on the
+        // source's triangle, or neighbours would be cut at other places of their common edge.
+        let slant = |at: DVec3| {
+            let along = at.dot(self.normal);
+            (at - self.normal * along).length() / along
+        };
+        let slant = normals.into_iter().map(slant).fold(0.0, f64::max);
+        let farthest = self.closest.into_iter().flatten().fold(0.0, f64::max);
+        let [a, b, c] = self.corners;
+        let longest = a.distance(b).max(b.distance(c)).max(c.distance(a));
+        let aside = slant * reach.min(2.0 * farthest + longest);
+        let margins = self.weights.map(|(_, gradient)| 1.0 + aside * gradient.length());
+        Self { normals, margins, ..self }
+    }
+
+    /// The same with the triangle's own normal.
+    fn flat(self) -> Self {
+        Self { normals: [self.normal; 3], margins: [1.0; 3], ..self }
+    }
+
+    /// The part of a source triangle that may project into the triangle. Far outside, interpolated
+    /// normals cross, and a large source triangle would have no projection.
+    fn near_part(&self, corners: [DVec3; 3]) -> Vec<SourceCorner> {
+        let corner = |k: usize| {
+            let mut weights = [0.0; 3];
+            weights[k] = 1.0;
+            SourceCorner { at: corners[k], weights, on_source: 0b111 ^ (1 << k) }
+        };
+        let mut polygon: Vec<SourceCorner> = (0..3).map(corner).collect();
+        for ((offset, gradient), margin) in self.weights.into_iter().zip(self.margins) {
+            let inside = |corner: &SourceCorner| offset + gradient.dot(corner.at) + margin;
+            polygon = clip(&polygon, inside, |corner, next, along| SourceCorner {
+                at: corner.at.lerp(next.at, along),
+                weights: mix(corner.weights, next.weights, along),
+                on_source: corner.on_source & next.on_source,
+            });
+        }
+        polygon
     }
 
     /// The barycentric coordinates of a point's projection, and its height: Newton's method on
@@ -391,6 +470,11 @@ impl Prism {
     }
 }
 
+/// The points of a triangle whose partners decide the layer that it lies on: its centre and corners.
+fn seeds([a, b, c]: [DVec3; 3]) -> [DVec3; 4] {
+    [(a + b + c) / 3.0, a, b, c]
+}
+
 /// A point's normal, or the nearest direction that rises steeply enough from a triangle: across sharp
 /// folds the mean normal is no direction to project along.
 fn raised(at: DVec3, normal: DVec3) -> DVec3 {
@@ -403,28 +487,45 @@ fn raised(at: DVec3, normal: DVec3) -> DVec3 {
     }
 }
 
-/// Cuts off what lies beyond the edge where the weight of target corner `k` is 0.
-fn clip(polygon: &[Clipped], k: usize) -> Vec<Clipped> {
+/// Cuts off what of a convex polygon has a negative `inside`, which is linear.
+///
+/// - `between`: the corner at a share of the way from one corner to the next.
+fn clip<Corner: Copy>(
+    polygon: &[Corner],
+    inside: impl Fn(&Corner) -> f64,
+    between: impl Fn(&Corner, &Corner, f64) -> Corner,
+) -> Vec<Corner> {
     let mut kept = Vec::with_capacity(polygon.len() + 1);
     for (index, corner) in polygon.iter().enumerate() {
         let next = &polygon[(index + 1) % polygon.len()];
-        let (here, there) = (corner.target[k], next.target[k]);
+        let (here, there) = (inside(corner), inside(next));
         if here >= 0.0 {
             kept.push(*corner);
         }
         if (here > 0.0 && there < 0.0) || (here < 0.0 && there > 0.0) {
-            let along = here / (here - there);
-            let mix = |a: Weights, b: Weights| [0, 1, 2].map(|i| a[i] + (b[i] - a[i]) * along);
-            kept.push(Clipped {
-                target: mix(corner.target, next.target),
-                source: mix(corner.source, next.source),
-                height: corner.height + (next.height - corner.height) * along,
-                on_target: (corner.on_target & next.on_target) | 1 << k,
-                on_source: corner.on_source & next.on_source,
-            });
+            kept.push(between(corner, next, here / (here - there)));
         }
     }
     kept
+}
+
+/// Cuts off what lies beyond the edge where the weight of target corner `k` is 0.
+fn clip_to_edge(polygon: &[Clipped], k: usize) -> Vec<Clipped> {
+    clip(
+        polygon,
+        |corner| corner.target[k],
+        |corner, next, along| Clipped {
+            target: mix(corner.target, next.target, along),
+            source: mix(corner.source, next.source, along),
+            height: corner.height + (next.height - corner.height) * along,
+            on_target: (corner.on_target & next.on_target) | 1 << k,
+            on_source: corner.on_source & next.on_source,
+        },
+    )
+}
+
+fn mix(a: Weights, b: Weights, along: f64) -> Weights {
+    [0, 1, 2].map(|i| a[i] + (b[i] - a[i]) * along)
 }
 
 /// Weights with those of `zeros` and what is rounding set to 0, adding up to 1.
@@ -439,6 +540,11 @@ fn cleaned(weights: Weights, zeros: u8) -> Weights {
 /// The signed area of a triangle of weights, relative to the whole.
 fn area([a, b, c]: [Weights; 3]) -> f64 {
     (b[1] - a[1]) * (c[2] - a[2]) - (b[2] - a[2]) * (c[1] - a[1])
+}
+
+/// The signed area of a polygon of target weights, relative to the whole triangle.
+fn signed_area(polygon: &[Clipped]) -> f64 {
+    (2..polygon.len()).map(|k| area([0, k - 1, k].map(|at| polygon[at].target))).sum()
 }
 
 /// A piece of two triangles; whole where it spans both.

@@ -146,15 +146,85 @@ pub(super) fn register(rest: &Shape, kinds: &[Kind], goal: &Goal, anchors: &Anch
             }
         }
     }
+    untangle(rest, &mut moved);
     moved.points
+}
+
+/// Lets the points of triangles that are still turned over move as their neighbours do on average.
+/// Where all points move alike, nothing is turned over.
+fn untangle(rest: &Shape, moved: &mut Shape) {
+    /// How often the corners of turned triangles get one displacement, where that changes little
+    /// relative to their length: slivers are turned over by the least of shears.
+    const TOGETHER: usize = 16;
+    const LITTLE: f64 = 0.5;
+    /// How many rings of triangles give way at most, and the rounds of averaging for each.
+    const RINGS: usize = 4;
+    const ROUNDS: usize = 8;
+    for _ in 0..TOGETHER {
+        let turned = turned_over(rest, moved);
+        if turned.is_empty() {
+            return;
+        }
+        for points in turned.into_iter().map(|triangle| rest.triangles[triangle]) {
+            let points = points.map(|point| point as usize);
+            let displacements = points.map(|point| moved.points[point] - rest.points[point]);
+            let mean = displacements.into_iter().sum::<DVec3>() / 3.0;
+            let change =
+                displacements.map(|one| one.distance(mean)).into_iter().fold(0.0, f64::max);
+            let [a, b, c] = points.map(|point| rest.points[point]);
+            if change <= LITTLE * a.distance(b).max(b.distance(c)).max(c.distance(a)) {
+                points.iter().for_each(|&point| moved.points[point] = rest.points[point] + mean);
+            }
+        }
+    }
+    for rings in 0..RINGS {
+        let turned = turned_over(rest, moved);
+        if turned.is_empty() {
+            break;
+        }
+        let mut gives_way = vec![false; rest.points.len()];
+        let corners = turned.iter().flat_map(|&triangle| rest.triangles[triangle]);
+        corners.for_each(|point| gives_way[point as usize] = true);
+        for _ in 0..rings {
+            let inner = gives_way.clone();
+            let is_next = |points: &&[u32; 3]| points.iter().any(|&point| inner[point as usize]);
+            let next = rest.triangles.iter().filter(is_next).flatten();
+            next.for_each(|&point| gives_way[point as usize] = true);
+        }
+        for _ in 0..ROUNDS {
+            average(rest, moved, &gives_way);
+        }
+    }
+}
+
+/// Gives chosen points the mean displacement of their neighbours.
+fn average(rest: &Shape, moved: &mut Shape, chosen: &[bool]) {
+    let mut sums = vec![(DVec3::ZERO, 0.0); rest.points.len()];
+    for points in &rest.triangles {
+        for k in 0..3 {
+            let [one, other] = [points[k], points[(k + 1) % 3]].map(|point| point as usize);
+            for (at, neighbour) in [(one, other), (other, one)] {
+                sums[at].0 += moved.points[neighbour] - rest.points[neighbour];
+                sums[at].1 += 1.0;
+            }
+        }
+    }
+    for (index, (sum, count)) in sums.into_iter().enumerate().filter(|(index, _)| chosen[*index]) {
+        moved.points[index] = rest.points[index] + sum / count;
+    }
+}
+
+/// The triangles that were turned over.
+pub(super) fn turned_over(rest: &Shape, moved: &Shape) -> Vec<usize> {
+    let is_turned =
+        |&triangle: &usize| rest.area_vector(triangle).dot(moved.area_vector(triangle)) < 0.0;
+    (0..rest.triangles.len()).filter(is_turned).collect()
 }
 
 /// Marks the points of triangles that were turned over, and their neighbours where they are marked
 /// already; returns whether any triangle is.
 fn mark_turned_over(rest: &Shape, moved: &Shape, marks: &mut [bool]) -> bool {
-    let turned =
-        |&triangle: &usize| rest.area_vector(triangle).dot(moved.area_vector(triangle)) < 0.0;
-    let turned: Vec<usize> = (0..rest.triangles.len()).filter(turned).collect();
+    let turned = turned_over(rest, moved);
     let mut still = vec![false; marks.len()];
     for points in turned.iter().map(|&triangle| rest.triangles[triangle]) {
         let was_marked = points.iter().all(|&point| marks[point as usize]);

@@ -182,13 +182,36 @@ impl Tree {
             }
             let triangles = &self.order[node.first as usize..][..node.count as usize];
             let meets = |&triangle: &u32| {
-                meets_triangle(origin, direction, self.corners[triangle as usize])
+                ray_distance(origin, direction, self.corners[triangle as usize]).is_some()
             };
             if triangles.iter().any(meets) {
                 return true;
             }
         }
         false
+    }
+
+    /// The distance of a point from the surface along a line through it, on either side.
+    ///
+    /// - `direction`: of the line, normalised.
+    pub fn distance_along(
+        &self,
+        point: DVec3,
+        direction: DVec3,
+        reach: f64,
+        accepts: impl Fn(u32) -> bool,
+    ) -> Option<f64> {
+        let mut best = None::<f64>;
+        let ends = [point - direction * reach, point + direction * reach];
+        self.within(Bounds::of(ends), |triangle| {
+            let corners = self.corners[triangle as usize];
+            let on = |direction| ray_distance(point, direction, corners);
+            let distance = on(direction).or_else(|| on(-direction));
+            if let Some(distance) = distance.filter(|at| *at <= reach && accepts(triangle)) {
+                best = Some(best.map_or(distance, |best| best.min(distance)));
+            }
+        });
+        best
     }
 
     /// Calls `visit` with every triangle whose box meets `bounds`.
@@ -212,20 +235,21 @@ impl Tree {
     }
 }
 
-/// Whether a ray meets a triangle (T. Möller and B. Trumbore, "Fast, Minimum Storage Ray-Triangle
+/// Where a ray meets a triangle, in lengths of `direction` (T. Möller and B. Trumbore, "Fast, Minimum Storage Ray-Triangle
 /// Intersection", 1997).
-fn meets_triangle(origin: DVec3, direction: DVec3, [a, b, c]: [DVec3; 3]) -> bool {
+fn ray_distance(origin: DVec3, direction: DVec3, [a, b, c]: [DVec3; 3]) -> Option<f64> {
     let (ab, ac) = (b - a, c - a);
     let across = direction.cross(ac);
     let det = ab.dot(across);
     if !det.is_normal() {
-        return false;
+        return None;
     }
     let from_a = origin - a;
     let u = from_a.dot(across) / det;
     let turned = from_a.cross(ab);
     let v = direction.dot(turned) / det;
-    u >= 0.0 && v >= 0.0 && u + v <= 1.0 && ac.dot(turned) / det > 0.0
+    let along = ac.dot(turned) / det;
+    (u >= 0.0 && v >= 0.0 && u + v <= 1.0 && along > 0.0).then_some(along)
 }
 
 /// The point of a triangle with the given weights.
