@@ -168,7 +168,7 @@ fn found_by(method: &correspond::Method) -> String {
         }
         correspond::Method::Surface(report) => format!(
             "surfaces, aligned by {}: {:.1} % of the target's area; median distance {}, 95th \
-             percentile {} (in the source's unit); {} triangles flipped",
+             percentile {} (in the source's unit); {} triangles turned over and left out",
             report.aligned_by,
             100.0 * report.covered,
             significant(report.distance_median),

@@ -3,14 +3,19 @@
 
 #![allow(clippy::print_stdout, reason = "tables are what this is for")]
 
+use std::collections::HashMap;
 use std::sync::Arc;
 use std::time::Instant;
 
+use uvgraft::correspond::{By, FindOptions, find};
+use uvgraft::piece::Weights;
 use uvgraft::{
-    Channels, Depth, Direction, Encoding, Filter, Graft, MapOptions, SamplingMap, Size, Sizes,
-    Texture,
+    Channels, Depth, Direction, Encoding, Extent, Filter, Graft, MapOptions, Mesh, Pair, Piece,
+    SamplingMap, Size, Sizes, Texture,
 };
-use uvgraft_tests::synthetic;
+use uvgraft_figure::Figure;
+use uvgraft_tests::remeshed::Remeshed;
+use uvgraft_tests::synthetic::{self, posed};
 
 /// The median time of `runs` runs of `work`, in milliseconds; `prepare` is not timed.
 fn median_ms<T, R>(
@@ -87,7 +92,93 @@ fn meshes() {
     }
 }
 
+/// Heads of other topology and shape, and maps of their pieces beside maps of as many whole triangles.
+fn registrations() {
+    let size = Size::square(4096);
+    println!(
+        "\n| triangles | registration | pieces | map of {size} | of whole triangles | ratio |"
+    );
+    println!("|---|---|---|---|---|---|");
+    let head = Figure::new().head;
+    let own = Remeshed::new(&head);
+    // Wider and flatter by a few percent.
+    let other = posed(&head, false, |[x, y, z]| [1.05 * x, y, 0.96 * z]);
+    for [from, to] in [
+        [own.clone(), own.clone().turned().decimated(&head, 0.6, 1)],
+        [own.clone().divided(), own.clone().turned()],
+        [own.clone().turned(), own.clone().divided()],
+    ] {
+        let (source, target) = (from.mesh(&head), to.mesh(&other));
+        let counts = [&source, &target].map(|mesh| mesh.faces().len());
+        let mut options = FindOptions::default();
+        options.by = By::Surface;
+        let link = |(source, target)| find(source, target, &options).expect("two heads").pair;
+        let registered = median_ms(3, || (source.clone(), target.clone()), link);
+        let pair = link((source, target));
+        let whole = of_whole_triangles(&pair);
+        let pieces = pair.pieces().count();
+        let map = |pair| {
+            median_ms(
+                7,
+                || (),
+                |()| SamplingMap::new(pair, Direction::Forward, size, &MapOptions::default()),
+            )
+        };
+        let (map, wanted) = (map(&pair), map(&whole));
+        println!(
+            "| {}, {} | {registered:.0} ms | {pieces} | {map:.1} ms | {wanted:.1} ms | {:.2} |",
+            counts[0],
+            counts[1],
+            map / wanted
+        );
+    }
+}
+
+/// The same links between meshes in which every piece is a triangle.
+fn of_whole_triangles(pair: &Pair) -> Pair {
+    let [mut source, mut target] = [Vec::new(), Vec::new()];
+    for piece in pair.pieces() {
+        let unit = |k: usize| std::array::from_fn(|i| f64::from(u8::from(i == k)));
+        let [on_target, on_source]: [[Weights; 3]; 2] = match piece.extent {
+            Extent::Whole(corners) => {
+                [[0, 1, 2].map(unit), corners.map(|corner| unit(usize::from(corner)))]
+            }
+            Extent::Part { target, source } => [target, source],
+        };
+        for (mesh, face, corners, uvs) in [
+            (pair.target(), piece.target, on_target, &mut target),
+            (pair.source(), piece.source, on_source, &mut source),
+        ] {
+            let points = mesh.uv_faces()[face as usize].map(|point| mesh.uv()[point as usize]);
+            uvs.extend(corners.map(|weights| {
+                [0, 1].map(|axis| {
+                    (0..3).map(|k| f64::from(points[k][axis]) * weights[k]).sum::<f64>() as f32
+                })
+            }));
+        }
+    }
+    let mesh = |uv: &[[f32; 2]]| {
+        // Corners at the same place are one, so that triangles make up islands.
+        let mut points = HashMap::new();
+        let mut places = Vec::new();
+        let mut corner = |at: [f32; 2]| {
+            *points.entry(at.map(f32::to_bits)).or_insert_with(|| {
+                places.push(at);
+                places.len() as u32 - 1
+            })
+        };
+        let faces: Vec<[u32; 3]> =
+            uv.as_chunks::<3>().0.iter().map(|&corners| corners.map(&mut corner)).collect();
+        let positions = places.iter().map(|&[u, v]| [u, v, 0.0]).collect();
+        Mesh::from_triangles(positions, places, &faces, &faces).expect("triangles of sound meshes")
+    };
+    let count = target.len() as u32 / 3;
+    let whole = (0..count).map(|face| Piece::whole(face, face, [0, 1, 2]));
+    Pair::from_pieces(mesh(&source), mesh(&target), whole).expect("a link for each triangle")
+}
+
 fn main() {
     textures();
     meshes();
+    registrations();
 }

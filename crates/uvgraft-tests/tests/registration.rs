@@ -6,6 +6,7 @@ use uvgraft::correspond::{By, FindOptions, Method, find};
 use uvgraft::piece::Weights;
 use uvgraft::{Anatomy, Area, Extent, Landmark, Mesh, Pair, Piece};
 use uvgraft_figure::Figure;
+use uvgraft_tests::real;
 use uvgraft_tests::remeshed::Remeshed;
 use uvgraft_tests::synthetic::posed;
 
@@ -17,7 +18,7 @@ fn registered(source: &Mesh, target: &Mesh) -> (Pair, SurfaceReport) {
     (found.pair, report)
 }
 
-fn point(mesh: &Mesh, face: u32, weights: Weights) -> DVec3 {
+fn point_on(mesh: &Mesh, face: u32, weights: Weights) -> DVec3 {
     let corners = mesh.faces()[face as usize];
     let at = |k: usize| glam::Vec3::from(mesh.positions()[corners[k] as usize]).as_dvec3();
     (0..3).map(|k| at(k) * weights[k]).sum()
@@ -54,11 +55,11 @@ fn psnr(pair: &Pair) -> f64 {
     let (mut squares, mut areas) = (0.0, 0.0);
     for piece in pair.pieces() {
         let [target, source] = corners(&piece);
-        let [a, b, c] = target.map(|weights| point(pair.target(), piece.target, weights));
+        let [a, b, c] = target.map(|weights| point_on(pair.target(), piece.target, weights));
         let area = (b - a).cross(c - a).length();
         for weights in [[0.6, 0.2, 0.2], [0.2, 0.6, 0.2], [0.2, 0.2, 0.6]] {
-            let here = point(pair.target(), piece.target, mixed(target, weights));
-            let there = point(pair.source(), piece.source, mixed(source, weights));
+            let here = point_on(pair.target(), piece.target, mixed(target, weights));
+            let there = point_on(pair.source(), piece.source, mixed(source, weights));
             squares += area * (color(here) - color(there)).powi(2);
             areas += area;
         }
@@ -82,7 +83,7 @@ fn coverage(pair: &Pair) -> Coverage {
     let pieces: Vec<Piece> = pair.pieces().collect();
     for group in pieces.chunk_by(|one, other| one.target == other.target) {
         let unit = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
-        let [a, b, c] = unit.map(|weights| point(pair.target(), group[0].target, weights));
+        let [a, b, c] = unit.map(|weights| point_on(pair.target(), group[0].target, weights));
         let area = (b - a).cross(c - a).length();
         for _ in 0..SAMPLES {
             let (mut u, mut v) = (random.f64(), random.f64());
@@ -122,11 +123,12 @@ fn remeshed_twins_carry_a_smooth_function() {
         for (source, target) in [(&head, &twin), (&twin, &head)] {
             let (pair, report) = registered(source, target);
             let (psnr, Coverage { once, repeatedly }) = (psnr(&pair), coverage(&pair));
+            println!("{name}: {psnr:.1} dB, {once:.4} covered once");
             assert!(psnr >= 40.0, "{name}: {psnr} dB");
             assert!(repeatedly < 1e-4, "{name}: covered repeatedly {repeatedly}");
+            assert!(once >= 0.995, "{name}: covered once {once}");
             // Where a twin cuts off a sharp edge, normals differ too much.
-            assert!(once >= 0.99, "{name}: covered once {once}");
-            assert!(report.covered >= 0.96, "{name}: covered {}", report.covered);
+            assert!(report.covered >= 0.98, "{name}: covered {}", report.covered);
         }
     }
 }
@@ -158,15 +160,56 @@ fn another(head: &Mesh, shape: usize) -> Mesh {
     })
 }
 
-struct Errors {
-    name: &'static str,
-    /// Sorted, in millimetres.
-    mm: Vec<f64>,
+/// How far registered vertices are from where they belong.
+struct Accuracy<'a> {
+    target: &'a Mesh,
+    anatomy: Anatomy,
+    is_linked: Vec<bool>,
+    errors_mm: Vec<f64>,
 }
 
-impl Errors {
-    fn at(&self, share: f64) -> f64 {
-        self.mm[((self.mm.len() - 1) as f64 * share).round() as usize]
+impl<'a> Accuracy<'a> {
+    const FACE: [Area; 6] =
+        [Area::Cheeks, Area::Forehead, Area::Nose, Area::Lips, Area::Jaw, Area::Brows];
+
+    /// - `truth`: where each vertex of the target belongs on the source; NaN if that is not known.
+    /// - `mm`: millimetres in a unit of the source.
+    fn new(pair: &'a Pair, report: &SurfaceReport, truth: &[DVec3], mm: f64) -> Self {
+        let target = pair.target();
+        let mut is_linked = vec![false; truth.len()];
+        for piece in pair.pieces() {
+            let corners = target.faces()[piece.target as usize];
+            corners.iter().for_each(|&vertex| is_linked[vertex as usize] = true);
+        }
+        let found = report.registered.iter().map(|&at| glam::Vec3::from(at).as_dvec3());
+        let errors_mm = truth.iter().zip(found).map(|(at, found)| at.distance(found) * mm);
+        let anatomy = Anatomy::find(target).expect("the target has a face");
+        Self { errors_mm: errors_mm.collect(), target, anatomy, is_linked }
+    }
+
+    /// Quantiles of the errors within areas.
+    fn at<const N: usize>(&self, areas: &[Area], shares: [f64; N]) -> [f64; N] {
+        let is_within =
+            |vertex: usize| areas.iter().any(|&area| self.anatomy.area(area)[vertex] > 0.5);
+        let mut errors: Vec<f64> = (0..self.target.positions().len())
+            .filter(|&vertex| self.is_linked[vertex] && is_within(vertex))
+            .map(|vertex| self.errors_mm[vertex])
+            .filter(|error| error.is_finite())
+            .collect();
+        errors.sort_unstable_by(f64::total_cmp);
+        assert!(errors.len() > 10, "{} linked vertices", errors.len());
+        shares.map(|share| errors[((errors.len() - 1) as f64 * share).round() as usize])
+    }
+
+    /// Fails unless a face is where it belongs.
+    fn check(&self, name: &str) {
+        let [median, p90, p99] = self.at(&Self::FACE, [0.5, 0.9, 0.99]);
+        let [[lips], [nose]] = [Area::Lips, Area::Nose].map(|area| self.at(&[area], [0.5]));
+        let text = format!(
+            "{name}: face {median:.2}, 90 % {p90:.2}, 99 % {p99:.2}, lips {lips:.2}, nose {nose:.2} mm"
+        );
+        println!("{text}");
+        assert!(median <= 2.0 && p90 <= 5.0 && p99 <= 13.0 && lips <= 1.2 && nose <= 1.2, "{text}");
     }
 }
 
@@ -183,39 +226,94 @@ fn heads_of_other_shape_and_topology_are_registered() {
         let target = remeshed.mesh(&another(&head, shape));
         let truth = remeshed.places(&head);
         let (pair, report) = registered(&head, &target);
-        let found: Vec<DVec3> =
-            report.registered.iter().map(|at| glam::Vec3::from(*at).as_dvec3()).collect();
-        let mut linked = vec![false; truth.len()];
-        for piece in pair.pieces() {
-            target.faces()[piece.target as usize]
-                .iter()
-                .for_each(|&vertex| linked[vertex as usize] = true);
-        }
-        let anatomy = Anatomy::find(&target).unwrap();
-        let within = |areas: &[Area], vertex: usize| {
-            areas.iter().any(|&area| anatomy.area(area)[vertex] > 0.5)
-        };
-        let face = [Area::Cheeks, Area::Forehead, Area::Nose, Area::Lips, Area::Jaw, Area::Brows];
-        let errors = |name: &'static str, areas: &[Area]| {
-            let mut mm: Vec<f64> = (0..truth.len())
-                .filter(|&vertex| linked[vertex] && within(areas, vertex))
-                .map(|vertex| truth[vertex].distance(found[vertex]) * MM)
-                .collect();
-            mm.sort_unstable_by(f64::total_cmp);
-            assert!(mm.len() > 10, "{name}: {} linked vertices", mm.len());
-            Errors { name, mm }
-        };
-        let all = errors("face", &face);
-        let text = format!("shape {shape}: {} {} {}", all.at(0.5), all.at(0.9), all.at(0.99));
-        assert!(all.at(0.5) <= 2.0 && all.at(0.9) <= 5.0 && all.at(0.99) <= 13.0, "{text}");
-        for part in [errors("lips", &[Area::Lips]), errors("nose", &[Area::Nose])] {
-            assert!(part.at(0.5) <= 1.2, "{text}, {} {}", part.name, part.at(0.5));
-        }
+        let text = format!("shape {shape}");
+        Accuracy::new(&pair, &report, &truth, MM).check(&text);
         assert_eq!(report.flipped, 0, "{text}");
         let Coverage { once, repeatedly } = coverage(&pair);
         assert!(repeatedly < 1e-4, "{text}, covered repeatedly {repeatedly}");
+        println!("{text}: {once:.4} covered once");
         // The rest is beyond the end of the other surface: of the neck, and of the hair's cap.
-        assert!(once >= 0.97, "{text}, covered once {once}");
-        assert!(report.covered > 0.95, "{text}, covered {}", report.covered);
+        assert!(once >= 0.98, "{text}, covered once {once}");
+        assert!(report.covered > 0.97, "{text}, covered {}", report.covered);
     }
+}
+
+#[test]
+fn noise_leaves_no_gaps() {
+    /// Deviation of each coordinate, in metres: as of a depth sensor, on edges of about 2 mm.
+    const NOISE_M: f64 = 0.000_15;
+    let head = Figure::new().head;
+    let twin = Remeshed::new(&head).divided().mesh(&head);
+    let random = std::cell::RefCell::new(fastrand::Rng::with_seed(4));
+    // About normal: the sum of four uniform numbers.
+    let noise = || {
+        let sum: f64 = (0..4).map(|_| random.borrow_mut().f64()).sum();
+        (sum - 2.0) * NOISE_M * 3.0_f64.sqrt()
+    };
+    let noisy = posed(&twin, false, |at| at.map(|coordinate| coordinate + noise()));
+    for (source, target) in [(&head, &noisy), (&noisy, &head)] {
+        let (pair, report) = registered(source, target);
+        let Coverage { once, repeatedly } = coverage(&pair);
+        println!("noise: {once:.4} covered once, {:.4} in all", report.covered);
+        assert!(once > 0.99 && repeatedly < 1e-3, "covered once {once}, repeatedly {repeatedly}");
+        assert!(report.covered > 0.97, "covered {}", report.covered);
+    }
+}
+
+/// Where the vertices of FLAME are on a head of HiFi3D++, according to FLAME's layout for the textures
+/// of that head; NaN for eyeballs, which that head doesn't have.
+fn according_to_layout(head: &Mesh, flame: &Mesh) -> Vec<DVec3> {
+    let mut truth = vec![DVec3::NAN; flame.positions().len()];
+    let corners: Vec<[[f32; 2]; 3]> = head
+        .uv_faces()
+        .iter()
+        .map(|points| points.map(|point| head.uv()[point as usize]))
+        .collect();
+    for (vertices, points) in flame.faces().iter().zip(flame.uv_faces()) {
+        for (&vertex, &point) in vertices.iter().zip(points) {
+            let [u, v] = flame.uv()[point as usize];
+            if u > 1.0 || !truth[vertex as usize].is_nan() {
+                continue;
+            }
+            let weights = |[a, b, c]: &[[f32; 2]; 3]| {
+                let cross = |p: &[f32; 2], q: &[f32; 2], r: [f32; 2]| {
+                    let [px, py, qx, qy, rx, ry] =
+                        [p[0], p[1], q[0], q[1], r[0], r[1]].map(f64::from);
+                    (qx - px) * (ry - py) - (qy - py) * (rx - px)
+                };
+                let total = cross(a, b, *c);
+                let at = [u, v];
+                [cross(b, c, at) / total, cross(c, a, at) / total, cross(a, b, at) / total]
+            };
+            let found = (0..).zip(&corners).find_map(|(face, corners)| {
+                let weights = weights(corners);
+                weights.iter().all(|&weight| weight >= -1e-6).then(|| point_on(head, face, weights))
+            });
+            truth[vertex as usize] = found.unwrap_or(DVec3::NAN);
+        }
+    }
+    truth
+}
+
+#[test]
+fn flame_is_registered_to_a_real_head_as_an_artist_did() {
+    /// HiFi3D++ counts in decimetres.
+    const MM: f64 = 100.0;
+    let Some(folder) = real::folder() else { return };
+    let mesh = |name: &str| uvgraft_io::obj::read(&folder.join(name)).expect("a sound mesh");
+    let head = mesh("hifi3d_head.obj");
+    let truth = according_to_layout(&head, &mesh("flame_hifi3d_uv.obj"));
+    let (pair, report) = registered(&head, &mesh("flame_head_template.obj"));
+    Accuracy::new(&pair, &report, &truth, MM).check("FLAME on HiFi3D++");
+    assert_eq!(report.flipped, 0);
+    let Coverage { once, repeatedly } = coverage(&pair);
+    println!("FLAME on HiFi3D++: {once:.4} covered once, {:.4} in all", report.covered);
+    assert!(once > 0.995 && repeatedly < 1e-4, "covered once {once}, repeatedly {repeatedly}");
+    // That head has empty sockets, and eyeballs must not get their colours.
+    let is_eye = |face: u32| {
+        let eyes = pair.target().faces()[face as usize];
+        // FLAME's eyeballs are its last vertices.
+        eyes.iter().all(|&vertex| vertex >= 3931)
+    };
+    assert!(pair.pieces().all(|piece| !is_eye(piece.target)));
 }

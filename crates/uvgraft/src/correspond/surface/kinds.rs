@@ -233,3 +233,88 @@ fn fibonacci(count: usize) -> Vec<DVec3> {
         })
         .collect()
 }
+
+#[cfg(test)]
+mod tests {
+    use std::f64::consts::{PI, TAU};
+
+    use super::*;
+
+    /// Rows and columns of quads over `u` from 0 to 1 and `v` from 0 to 1.
+    fn patch(place: impl Fn(f64, f64) -> DVec3) -> Shape {
+        const SIDE: u32 = 24;
+        let step = |at: u32| f64::from(at) / f64::from(SIDE);
+        let points = (0..=SIDE).flat_map(|row| (0..=SIDE).map(move |column| (column, row)));
+        let points = points.map(|(column, row)| place(step(column), step(row))).collect();
+        let at = |column: u32, row: u32| row * (SIDE + 1) + column;
+        let quads = (0..SIDE).flat_map(|row| (0..SIDE).map(move |column| (column, row)));
+        let triangles = quads
+            .flat_map(|(x, y)| {
+                let [a, b, c, d] = [at(x, y), at(x + 1, y), at(x + 1, y + 1), at(x, y + 1)];
+                [[a, b, c], [a, c, d]]
+            })
+            .collect();
+        Shape { points, triangles }
+    }
+
+    /// A ball of radius 1 around the origin with its pole along +Z, in a shell that leaves the front
+    /// open.
+    fn ball() -> (Shape, Ball) {
+        let sphere = |radius: f64, turn: f64, tilt: f64| {
+            let ((sin, cos), (across, along)) = (turn.sin_cos(), tilt.sin_cos());
+            radius * DVec3::new(across * cos, across * sin, -along)
+        };
+        let mut shape = patch(|u, v| sphere(1.0, TAU * u, PI * v));
+        let faces = (0..shape.triangles.len() as u32).collect();
+        let shell = patch(|u, v| sphere(1.05, TAU * u, 0.65 * PI * v));
+        let offset = shape.points.len() as u32;
+        shape.points.extend(shell.points);
+        shape.triangles.extend(shell.triangles.iter().map(|points| points.map(|at| at + offset)));
+        (shape, Ball { faces, center: DVec3::ZERO, radius: 1.0 })
+    }
+
+    /// A square of skin with a depth below each place, seen from +Z.
+    fn skin(depth: impl Fn(f64) -> f64) -> Shape {
+        patch(|u, v| {
+            let [x, y] = [u, v].map(|at| 6.0 * at - 3.0);
+            DVec3::new(x, y, -depth(x.hypot(y)))
+        })
+    }
+
+    /// The kinds of a ball's front and back beside a mesh without balls.
+    fn beside(skin: &Shape) -> [bool; 2] {
+        let (shape, ball) = ball();
+        let faces = ball.faces.clone();
+        let aligned = Similarity::IDENTITY;
+        let kinds =
+            Kinds::new([skin, &shape], [Vec::new(), vec![ball]], |point| point, &aligned, 1.0);
+        assert!(kinds.moves.is_empty());
+        let kind_of = |least: f64, most: f64| {
+            let mut there = faces.iter().map(|&face| face as usize).filter(|&triangle| {
+                let center = shape.corners(triangle).into_iter().sum::<DVec3>() / 3.0;
+                shape.area_vector(triangle).length() > 1e-9 && (least..most).contains(&center.z)
+            });
+            there.all(|triangle| kinds.target[triangle].is_of_body(kinds.source[0]))
+        };
+        [kind_of(0.6, 1.1), kind_of(-1.1, -0.2)]
+    }
+
+    #[test]
+    fn an_eye_that_is_part_of_the_skin_has_the_eyeball() {
+        let painted =
+            skin(|radius| if radius < 1.0 { -(1.0 - radius * radius).sqrt() } else { 0.0 });
+        assert_eq!(beside(&painted), [true, false]);
+        // Also if the ball lies deeper than the skin.
+        let prominent =
+            skin(|radius| if radius < 1.2 { -0.4 - (1.44 - radius * radius).sqrt() } else { 0.0 });
+        assert_eq!(beside(&prominent), [true, false]);
+    }
+
+    #[test]
+    fn an_empty_socket_has_no_eyeball() {
+        let socket = skin(|radius| if radius < 0.9 { 1.5 } else { 0.0 });
+        assert_eq!(beside(&socket), [false, false]);
+        let hole = skin(|radius| if radius < 0.9 { 40.0 } else { 0.0 });
+        assert_eq!(beside(&hole), [false, false]);
+    }
+}

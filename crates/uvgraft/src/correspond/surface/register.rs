@@ -156,7 +156,7 @@ fn untangle(rest: &Shape, moved: &mut Shape) {
     /// How often the corners of turned triangles get one displacement, where that changes little
     /// relative to their length: slivers are turned over by the least of shears.
     const TOGETHER: usize = 16;
-    const LITTLE: f64 = 0.5;
+    const LITTLE: f64 = 0.1;
     /// How many rings of triangles give way at most, and the rounds of averaging for each.
     const RINGS: usize = 4;
     const ROUNDS: usize = 8;
