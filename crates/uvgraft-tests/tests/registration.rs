@@ -202,6 +202,7 @@ impl<'a> Accuracy<'a> {
     }
 
     /// Fails unless a face is where it belongs.
+    #[expect(clippy::print_stdout, reason = "the documents quote these figures")]
     fn check(&self, name: &str) {
         let [median, p90, p99] = self.at(&Self::FACE, [0.5, 0.9, 0.99]);
         let [[lips], [nose]] = [Area::Lips, Area::Nose].map(|area| self.at(&[area], [0.5]));
