@@ -239,6 +239,45 @@ fn heads_of_other_shape_and_topology_are_registered() {
     }
 }
 
+/// The front of a face, from the hairline to the chin, as an open sheet without eyes.
+fn mask_of(head: &Mesh) -> Mesh {
+    let frame = *Anatomy::find(head).expect("the figure has a face").frame();
+    let eyes = uvgraft_tests::synthetic::eye_faces(head);
+    let is_front = |face: &usize| {
+        let is_within = |&vertex: &u32| {
+            let at = head.positions()[vertex as usize].map(f64::from);
+            let [x, y, z] = frame.local(at);
+            x.abs() < 1.05 && (-1.75..1.0).contains(&y) && z > -0.9
+        };
+        !eyes.contains(face) && head.faces()[*face].iter().all(is_within)
+    };
+    let kept: Vec<usize> = (0..head.faces().len()).filter(is_front).collect();
+    let faces: Vec<[u32; 3]> = kept.iter().map(|&face| head.faces()[face]).collect();
+    let uv_faces: Vec<[u32; 3]> = kept.iter().map(|&face| head.uv_faces()[face]).collect();
+    Mesh::from_triangles(head.positions().to_vec(), head.uv().to_vec(), &faces, &uv_faces)
+        .expect("faces of a sound mesh")
+}
+
+#[test]
+fn masks_are_registered_upright() {
+    const MM: f64 = 1000.0;
+    let head = Figure::new().head;
+    let mask = mask_of(&another(&head, 1));
+    let (pair, report) = registered(&head, &mask);
+    let mut errors = Vec::new();
+    for &vertex in mask.faces().as_flattened() {
+        let at = |position: [f32; 3]| glam::Vec3::from(position).as_dvec3();
+        let [truth, found] =
+            [head.positions(), &report.registered].map(|all| at(all[vertex as usize]));
+        errors.push(truth.distance(found) * MM);
+    }
+    errors.sort_unstable_by(f64::total_cmp);
+    let median = errors[errors.len() / 2];
+    println!("mask: {median:.2} mm, {:.4} covered", report.covered);
+    assert!(median < 3.0 && report.covered > 0.9, "{median} mm, covered {}", report.covered);
+    assert!(pair.piece_count() > 1000);
+}
+
 #[test]
 fn noise_leaves_no_gaps() {
     /// Deviation of each coordinate, in metres: as of a depth sensor, on edges of about 2 mm.

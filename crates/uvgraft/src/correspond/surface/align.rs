@@ -1,11 +1,11 @@
 //! Bringing the target into the source's place before registration.
 
-use glam::DVec3;
+use glam::{DMat3, DVec3};
 
 use super::kinds::Kind;
 use super::register::Goal;
 use super::shape::Shape;
-use crate::anatomy::{Anatomy, AnatomyError, Landmark};
+use crate::anatomy::{Anatomy, AnatomyError, HeadFrame, Landmark};
 use crate::correspond::similarity::{Similarity, median};
 use crate::mesh::Mesh;
 use crate::threads::map_indices;
@@ -63,15 +63,73 @@ impl Heads {
     }
 }
 
-/// Refines an alignment by iterated closest points (P. Besl and N. McKay, "A method for
-/// registration of 3-D shapes", 1992), of which the nearest part counts.
-pub(super) fn refine(
+/// Refines the alignment of heads, and of their opposite if that brings the surfaces clearly closer:
+/// the profile of a face alone, without a skull and eyeballs, may be taken for its own upside down.
+///
+/// - `head`: the source's.
+///
+/// Returns the transform, and whether it is the opposite.
+pub(super) fn upright(
     start: Similarity,
     target: &Shape,
     goal: &Goal,
-    unit: f64,
+    head: &HeadFrame,
     scales: bool,
-) -> Similarity {
+) -> (Similarity, bool) {
+    /// In distances between the eyes: where the centre of the turned face may belong.
+    const OFFSETS: [f64; 3] = [-0.5, 0.0, 0.5];
+    /// How much closer the opposite must be.
+    const CLEARER: f64 = 0.6;
+    let unit = head.unit * super::HEAD_PER_EYES;
+    let refined = |start| refine(start, target, goal, unit, scales);
+    let found = refined(start);
+    let [_, up, forward] = head.axes.map(DVec3::from);
+    let half_turn = DMat3::from_axis_angle(forward, std::f64::consts::PI);
+    let count = target.points.len().max(1) as f64;
+    let center = target.points.iter().map(|&point| found.apply(point)).sum::<DVec3>() / count;
+    let turned = OFFSETS.map(|offset| Similarity {
+        rotation: half_turn * found.rotation,
+        translation: half_turn * (found.translation - center) + center + up * (offset * head.unit),
+        ..found
+    });
+    let misfit = |transform: &Similarity| misfit(target, goal, transform, unit);
+    let best = turned
+        .into_iter()
+        .map(|turned| refined(turned))
+        .map(|turned| (misfit(&turned), turned))
+        .min_by(|one, other| one.0.total_cmp(&other.0));
+    match best {
+        Some((misfit_of_best, best)) if misfit_of_best < CLEARER * misfit(&found) => (best, true),
+        _ => (found, false),
+    }
+}
+
+/// The median distance between the surfaces, from the points of the one that lies closer on the other.
+fn misfit(target: &Shape, goal: &Goal, transform: &Similarity, unit: f64) -> f64 {
+    const REACH: f64 = 0.1;
+    const COMPATIBLE: f64 = 0.5;
+    const SAMPLES: usize = 2000;
+    let points = target.points.iter().map(|&point| transform.apply(point)).collect();
+    let target = Goal::new(Shape { points, triangles: target.triangles.clone() });
+    let distance = |from: &Shape, to: &Goal| {
+        let normals = from.normals();
+        let step = (from.points.len() / SAMPLES).max(1);
+        let distances: Vec<f64> = (0..from.points.len())
+            .step_by(step)
+            .map(|index| {
+                let [point, normal] = [from.points[index], normals[index]];
+                let partner = to.partner(Kind::ANY, point, normal, REACH * unit, COMPATIBLE);
+                partner.map_or(REACH * unit, |partner| partner.distance)
+            })
+            .collect();
+        median(&distances)
+    };
+    distance(&target.shape, goal).min(distance(&goal.shape, &target))
+}
+
+/// Refines an alignment by iterated closest points (P. Besl and N. McKay, "A method for
+/// registration of 3-D shapes", 1992), of which the nearest part counts.
+fn refine(start: Similarity, target: &Shape, goal: &Goal, unit: f64, scales: bool) -> Similarity {
     const STEPS: usize = 30;
     /// At most this share of the unit apart.
     const REACH: f64 = 0.05;

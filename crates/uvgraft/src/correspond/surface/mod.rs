@@ -184,6 +184,9 @@ pub(super) fn pieces(
     Ok((laid.pieces, report))
 }
 
+/// Heads are about this many distances between the eyes high.
+const HEAD_PER_EYES: f64 = 4.5;
+
 /// Where the target goes.
 struct Placement {
     aligned_by: &'static str,
@@ -203,8 +206,6 @@ fn place(
     surfaces: &[Surface; 2],
     options: &SurfaceOptions,
 ) -> Result<Placement, SurfaceError> {
-    /// Heads are about this many distances between the eyes high.
-    const HEAD_PER_EYES: f64 = 4.5;
     /// Median distance, as a share of the size, of surfaces that are the same.
     const SAME: f64 = 0.004;
     let goal = Goal::new(Shape::new(&surfaces[0], |point| point));
@@ -245,8 +246,10 @@ fn place(
     let unit = heads.source.frame().unit * HEAD_PER_EYES;
     let center = DVec3::from(heads.source.frame().origin);
     let start = heads.alignment(scales).ok_or(SurfaceError::Landmarks { count: 0 })?;
-    let transform = align::refine(start, &target_shape, &goal, unit, scales);
-    let landmarks = heads.on_skin();
+    let (transform, is_opposite) =
+        align::upright(start, &target_shape, &goal, heads.source.frame(), scales);
+    // Those of a face that was found upside down are wrong.
+    let landmarks = if is_opposite { Vec::new() } else { heads.on_skin() };
     Ok(Placement { aligned_by: "heads", transform, center, unit, landmarks, is_exact: false })
 }
 
