@@ -242,14 +242,14 @@ fn heads_of_other_shape_and_topology_are_registered() {
 /// The front of a face, from the hairline to the chin, as an open sheet without eyes.
 fn mask_of(head: &Mesh) -> Mesh {
     let frame = *Anatomy::find(head).expect("the figure has a face").frame();
-    let eyes = uvgraft_tests::synthetic::eye_faces(head);
     let is_front = |face: &usize| {
         let is_within = |&vertex: &u32| {
             let at = head.positions()[vertex as usize].map(f64::from);
             let [x, y, z] = frame.local(at);
-            x.abs() < 1.05 && (-1.75..1.0).contains(&y) && z > -0.9
+            let is_eye = DVec3::new(x.abs() - 0.5, y, z).length() < 0.25;
+            !is_eye && x.abs() < 1.05 && (-1.75..1.0).contains(&y) && z > -0.9
         };
-        !eyes.contains(face) && head.faces()[*face].iter().all(is_within)
+        head.faces()[*face].iter().all(is_within)
     };
     let kept: Vec<usize> = (0..head.faces().len()).filter(is_front).collect();
     let faces: Vec<[u32; 3]> = kept.iter().map(|&face| head.faces()[face]).collect();
