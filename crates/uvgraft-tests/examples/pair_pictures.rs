@@ -59,7 +59,8 @@ fn meshes(folder: &Path) -> Outcome {
     Ok(())
 }
 
-/// The mesh in the layout of a cylinder around it, with its seam at the back.
+/// The mesh in the layout of a cylinder around it, with its seam at the back. Hair and ears, the largest
+/// of its connected parts after the skin, lie over it, so they get strips of their own.
 fn unrolled(mesh: &Mesh) -> Mesh {
     const TURN: f64 = std::f64::consts::TAU;
     let range = |axis: usize| {
@@ -69,10 +70,17 @@ fn unrolled(mesh: &Mesh) -> Mesh {
         (0.5 * (low + high), high - low)
     };
     let ranges = [0, 1, 2].map(range);
+    let ranks = part_ranks(mesh);
     let place = |vertex: u32| {
         let position = mesh.positions()[vertex as usize];
         let [x, y, z] = [0, 1, 2].map(|k| (f64::from(position[k]) - ranges[k].0) / ranges[k].1);
-        (x.atan2(z), 0.5 - 0.94 * y)
+        let down = 0.5 - y;
+        let v = match ranks[vertex as usize] {
+            1 => 0.02 + 0.28 * down,
+            2 | 3 => 0.12 + 0.22 * down,
+            _ => 0.29 + 0.7 * down,
+        };
+        (x.atan2(z), v)
     };
     let (mut uv, mut known) = (Vec::new(), HashMap::new());
     let mut corner = |vertex: u32, (turned, v): (f64, f64)| {
@@ -101,11 +109,38 @@ fn unrolled(mesh: &Mesh) -> Mesh {
         .expect("the faces of a sound mesh")
 }
 
+/// For each vertex, how many connected parts have more vertices than its own.
+fn part_ranks(mesh: &Mesh) -> Vec<usize> {
+    let mut part: Vec<usize> = (0..mesh.positions().len()).collect();
+    // Smaller numbers spread until nothing changes.
+    loop {
+        let mut is_settled = true;
+        for vertices in mesh.faces() {
+            let vertices = vertices.map(|vertex| vertex as usize);
+            let least =
+                vertices.into_iter().map(|vertex| part[vertex]).fold(usize::MAX, usize::min);
+            for vertex in vertices {
+                is_settled &= part[vertex] == least;
+                part[vertex] = least;
+            }
+        }
+        if is_settled {
+            break;
+        }
+    }
+    let mut counts: HashMap<usize, usize> = HashMap::new();
+    part.iter().for_each(|&part| *counts.entry(part).or_default() += 1);
+    let mut by_size: Vec<(usize, usize)> = counts.into_iter().map(|(part, n)| (n, part)).collect();
+    by_size.sort_unstable_by(|one, other| other.cmp(one));
+    let rank = |part: usize| by_size.iter().position(|&(_, other)| other == part).unwrap_or(0);
+    part.into_iter().map(rank).collect()
+}
+
 /// The mesh with the islands of its eyes in tile 1003.
 fn eyes_in_another_tile(mesh: &Mesh) -> Mesh {
-    let is_eye = |point: &[f32; 2]| point[1] > 0.65 && (0.37..0.55).contains(&point[0]);
+    let is_eye = |point: &[f32; 2]| point[1] > 0.642 && (0.37..0.55).contains(&point[0]);
     let move_eye = |&[u, v]: &[f32; 2]| {
-        if is_eye(&[u, v]) { [2.0 + (u - 0.37) * 2.7, (v - 0.65) * 2.7] } else { [u, v] }
+        if is_eye(&[u, v]) { [2.0 + (u - 0.37) * 2.7, (v - 0.642) * 2.7] } else { [u, v] }
     };
     let uv = mesh.uv().iter().map(move_eye).collect();
     Mesh::from_triangles(mesh.positions().to_vec(), uv, mesh.faces(), mesh.uv_faces())
@@ -117,6 +152,8 @@ fn half(from: &Path, to: &Path) -> Outcome {
     let texture = image::read(from)?.texture;
     let size = Size::new(texture.size().width / 2, texture.size().height / 2);
     let texture = texture.resized(size, Filter::CatmullRom, Averaging::Light)?;
-    image::write(&Image::from(texture), to, &WriteOptions::default().jpeg_quality(QUALITY))?;
+    // JPEG is lossy anyway.
+    let _ =
+        image::write(&Image::from(texture), to, &WriteOptions::default().jpeg_quality(QUALITY))?;
     Ok(())
 }

@@ -63,26 +63,23 @@ impl Heads {
     }
 }
 
-/// Refines the alignment of heads, and of their opposite if that brings the surfaces clearly closer:
-/// the profile of a face alone, without a skull and eyeballs, may be taken for its own upside down.
+/// The alignment with the target's face upside down, if that brings the surfaces clearly closer: the
+/// profile of a face alone, without a skull and eyeballs, may be taken for its own upside down.
 ///
+/// - `found`: the refined alignment.
 /// - `head`: the source's.
-///
-/// Returns the transform, and whether it is the opposite.
-pub(super) fn upright(
-    start: Similarity,
+pub(super) fn opposite(
+    found: Similarity,
     target: &Shape,
     goal: &Goal,
     head: &HeadFrame,
     scales: bool,
-) -> (Similarity, bool) {
+) -> Option<Similarity> {
     /// In distances between the eyes: where the centre of the turned face may belong.
     const OFFSETS: [f64; 3] = [-0.5, 0.0, 0.5];
     /// How much closer the opposite must be.
     const CLEARER: f64 = 0.6;
     let unit = head.unit * super::HEAD_PER_EYES;
-    let refined = |start| refine(start, target, goal, unit, scales);
-    let found = refined(start);
     let [_, up, forward] = head.axes.map(DVec3::from);
     let half_turn = DMat3::from_axis_angle(forward, std::f64::consts::PI);
     let count = target.points.len().max(1) as f64;
@@ -93,15 +90,12 @@ pub(super) fn upright(
         ..found
     });
     let misfit = |transform: &Similarity| misfit(target, goal, transform, unit);
-    let best = turned
+    let (misfit_of_best, best) = turned
         .into_iter()
-        .map(|turned| refined(turned))
+        .map(|turned| refine(turned, target, goal, unit, scales))
         .map(|turned| (misfit(&turned), turned))
-        .min_by(|one, other| one.0.total_cmp(&other.0));
-    match best {
-        Some((misfit_of_best, best)) if misfit_of_best < CLEARER * misfit(&found) => (best, true),
-        _ => (found, false),
-    }
+        .min_by(|one, other| one.0.total_cmp(&other.0))?;
+    (misfit_of_best < CLEARER * misfit(&found)).then_some(best)
 }
 
 /// The median distance between the surfaces, from the points of the one that lies closer on the other.
@@ -129,7 +123,13 @@ fn misfit(target: &Shape, goal: &Goal, transform: &Similarity, unit: f64) -> f64
 
 /// Refines an alignment by iterated closest points (P. Besl and N. McKay, "A method for
 /// registration of 3-D shapes", 1992), of which the nearest part counts.
-fn refine(start: Similarity, target: &Shape, goal: &Goal, unit: f64, scales: bool) -> Similarity {
+pub(super) fn refine(
+    start: Similarity,
+    target: &Shape,
+    goal: &Goal,
+    unit: f64,
+    scales: bool,
+) -> Similarity {
     const STEPS: usize = 30;
     /// At most this share of the unit apart.
     const REACH: f64 = 0.05;

@@ -246,10 +246,17 @@ fn place(
     let unit = heads.source.frame().unit * HEAD_PER_EYES;
     let center = DVec3::from(heads.source.frame().origin);
     let start = heads.alignment(scales).ok_or(SurfaceError::Landmarks { count: 0 })?;
-    let (transform, is_opposite) =
-        align::upright(start, &target_shape, &goal, heads.source.frame(), scales);
+    let found = align::refine(start, &target_shape, &goal, unit, scales);
+    // Eyeballs tell which way is up.
+    let is_certain = [source, target].into_iter().all(|mesh| !anatomy::balls(mesh).is_empty());
+    let opposite = if is_certain {
+        None
+    } else {
+        align::opposite(found, &target_shape, &goal, heads.source.frame(), scales)
+    };
     // Those of a face that was found upside down are wrong.
-    let landmarks = if is_opposite { Vec::new() } else { heads.on_skin() };
+    let landmarks = if opposite.is_some() { Vec::new() } else { heads.on_skin() };
+    let transform = opposite.unwrap_or(found);
     Ok(Placement { aligned_by: "heads", transform, center, unit, landmarks, is_exact: false })
 }
 
