@@ -178,7 +178,7 @@ fn of_whole_triangles(pair: &Pair) -> Pair {
 }
 
 fn main() {
-    //textures();
-    //meshes();
+    textures();
+    meshes();
     registrations();
 }
