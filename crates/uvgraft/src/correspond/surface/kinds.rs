@@ -156,7 +156,7 @@ impl<'a> Side<'a> {
             let normal = self.normals[face as usize];
             let is_alike = |at: u32| other.normals[at as usize].dot(normal) > COMPATIBLE;
             all += area;
-            if other.tree.distance_along(center, normal, NEAR * radius, is_alike).is_some() {
+            if other.tree.is_met_along(center, normal, NEAR * radius, is_alike) {
                 near += area;
             }
         }

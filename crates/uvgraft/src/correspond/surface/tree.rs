@@ -191,27 +191,26 @@ impl Tree {
         false
     }
 
-    /// The distance of a point from the surface along a line through it, on either side.
+    /// Whether a line through a point meets a triangle that `accepts` takes within `reach`, on either
+    /// side.
     ///
     /// - `direction`: of the line, normalised.
-    pub fn distance_along(
+    pub fn is_met_along(
         &self,
         point: DVec3,
         direction: DVec3,
         reach: f64,
         accepts: impl Fn(u32) -> bool,
-    ) -> Option<f64> {
-        let mut best = None::<f64>;
+    ) -> bool {
+        let mut is_met = false;
         let ends = [point - direction * reach, point + direction * reach];
         self.within(Bounds::of(ends), |triangle| {
             let corners = self.corners[triangle as usize];
             let on = |direction| ray_distance(point, direction, corners);
             let distance = on(direction).or_else(|| on(-direction));
-            if let Some(distance) = distance.filter(|at| *at <= reach && accepts(triangle)) {
-                best = Some(best.map_or(distance, |best| best.min(distance)));
-            }
+            is_met |= distance.is_some_and(|distance| distance <= reach) && accepts(triangle);
         });
-        best
+        is_met
     }
 
     /// Calls `visit` with every triangle whose box meets `bounds`.
@@ -235,8 +234,8 @@ impl Tree {
     }
 }
 
-/// Where a ray meets a triangle, in lengths of `direction` (T. Möller and B. Trumbore, "Fast, Minimum Storage Ray-Triangle
-/// Intersection", 1997).
+/// Where a ray meets a triangle, in lengths of `direction` (T. Möller and B. Trumbore, "Fast, Minimum
+/// Storage Ray-Triangle Intersection", 1997).
 fn ray_distance(origin: DVec3, direction: DVec3, [a, b, c]: [DVec3; 3]) -> Option<f64> {
     let (ab, ac) = (b - a, c - a);
     let across = direction.cross(ac);
