@@ -1,0 +1,1 @@
+//! Faces in a photograph, and the landmarks of each.
