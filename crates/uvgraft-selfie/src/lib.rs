@@ -1,9 +1,32 @@
 //! From photographs of a face to the texture and the shape of a head.
 //!
 //! [`network`] runs small neural networks, and [`landmarks`] finds faces and their 468 landmarks
-//! with two of them.
+//! with two of them. [`Head`] knows where these landmarks are on a mesh, [`Fit`] finds cameras and
+//! shape from them.
 
 #![forbid(unsafe_code)]
 
+pub mod camera;
+mod completion;
+mod components;
+pub mod depth_map;
+mod fit;
+mod fusion;
+mod head;
+mod head_landmarks;
 pub mod landmarks;
+mod layout_texels;
+pub mod light;
+mod mirror;
 pub mod network;
+mod projection;
+mod raster;
+mod texture;
+
+pub use self::camera::Camera;
+pub use self::fit::{Fit, FittedPhoto, PhotoLandmarks};
+pub use self::head::{Head, HeadError};
+pub use self::head_landmarks::{HeadLandmark, HeadLandmarkError};
+pub use self::light::Relight;
+pub use self::projection::{Projection, ProjectionError};
+pub use self::texture::{SelfieError, SelfieTexture, TextureOptions, textured};

@@ -64,6 +64,8 @@ pub mod skin;
 pub mod source_layout;
 pub mod statistics;
 mod surface;
+pub mod surface_field;
+pub mod surface_index;
 pub mod tangents;
 pub mod texture;
 pub mod threads;

@@ -140,6 +140,28 @@ pub fn skin_of_body(mesh: &Mesh, texture: &Texture) -> Result<Texture, LabelErro
     Ok(body_skin(&BodyLayout::new(mesh)?, texture, None)?)
 }
 
+/// A head's mesh prepared for labelling several textures in its layout.
+#[derive(Debug, Clone)]
+pub struct Labeller(HeadLayout);
+
+impl Labeller {
+    /// Finds the head and rasterises the layout.
+    ///
+    /// # Errors
+    /// [`LabelError::Anatomy`] if the mesh has no head.
+    pub fn new(mesh: &Mesh) -> Result<Self, LabelError> {
+        Ok(Self(HeadLayout::new(mesh, &vec![true; mesh.faces().len()])?))
+    }
+
+    /// Labels a texture, as [`Labels::new`].
+    ///
+    /// # Errors
+    /// [`LabelError::Skin`] if the cheeks have no uniform colour.
+    pub fn label(&self, texture: &Texture) -> Result<Labels, LabelError> {
+        Labels::find(&self.0, texture)
+    }
+}
+
 /// A soft segmentation of a layout's texels.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Labels {
@@ -162,8 +184,7 @@ impl Labels {
     /// [`LabelError::Anatomy`] if the mesh has no head, [`LabelError::Skin`] if the cheeks have no
     /// uniform colour.
     pub fn new(mesh: &Mesh, texture: &Texture) -> Result<Self, LabelError> {
-        let head = HeadLayout::new(mesh, &vec![true; mesh.faces().len()])?;
-        Self::find(&head, texture)
+        Labeller::new(mesh)?.label(texture)
     }
 
     /// Reads a label image: each texel gets the label with the nearest colour; edges are
@@ -227,7 +248,7 @@ impl Labels {
     }
 
     /// The weight for a label of the texel at a UV coordinate, 0 to 1.
-    pub(crate) fn at_uv(&self, label: Label, uv: [f64; 2]) -> f32 {
+    pub fn at_uv(&self, label: Label, uv: [f64; 2]) -> f32 {
         let Size { width, height } = self.size;
         let place = |at: f64, side: u32| ((at * f64::from(side)) as u32).min(side - 1);
         self.weight(label, place(uv[0], width), place(uv[1], height))

@@ -14,7 +14,7 @@ use super::shape::Shape;
 
 /// A sum of points that should come to a place: indices and weights, and where to.
 #[derive(Debug, Clone)]
-pub(super) struct Anchor {
+pub(crate) struct Anchor {
     pub points: [u32; 3],
     pub weights: [f64; 3],
     /// The displacement that the weighted sum should have.
@@ -23,14 +23,17 @@ pub(super) struct Anchor {
 
 /// Stiffness as lengths, in the shape's unit: details smaller than them are smoothed away.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct Stiffness {
+pub(crate) struct Stiffness {
     pub bending: f64,
     pub membrane: f64,
 }
 
+/// The weight of a displacement of 0, relative to a point's mass: what nothing else holds stays.
+const LEAST: f64 = 1e-6;
+
 /// What does not change while a surface is registered.
 #[derive(Debug)]
-pub(super) struct Equations {
+pub(crate) struct Equations {
     masses: Vec<f64>,
     laplacian: CscMatrix<f64>,
     bilaplacian: CscMatrix<f64>,
@@ -72,26 +75,63 @@ impl Equations {
 
     /// Factorises for one stiffness, with every point's weight equal to its mass.
     pub fn factorise(&self, stiffness: Stiffness) -> Option<Factors<'_>> {
-        let size = self.masses.len();
-        let bending = stiffness.bending.powi(4);
-        let membrane = stiffness.membrane.powi(2);
-        let mut entries = CooMatrix::new(size, size);
-        let permuted = &self.permuted;
-        for (matrix, factor) in [(&self.bilaplacian, bending), (&self.laplacian, membrane)] {
-            for (row, column, value) in matrix.triplet_iter() {
-                entries.push(permuted[row], permuted[column], factor * value);
-            }
-        }
+        let mut entries = self.stiff(stiffness);
         for (row, &mass) in self.masses.iter().enumerate() {
-            entries.push(permuted[row], permuted[row], mass);
+            entries.push(self.permuted[row], self.permuted[row], mass);
         }
         let factors = CscCholesky::factor(&CscMatrix::from(&entries)).ok()?;
+        let Stiffness { bending, membrane } = stiffness;
+        let (bending, membrane) = (bending.powi(4), membrane.powi(2));
         Some(Factors { equations: self, bending, membrane, factors })
+    }
+
+    /// Solves once, exactly: where few points have a weight, iterations are slow to move the rest.
+    /// Anchors count with the squares of their weights.
+    pub fn solve(
+        &self,
+        stiffness: Stiffness,
+        weights: &[f64],
+        targets: &[DVec3],
+        anchors: &[Anchor],
+    ) -> Option<Vec<DVec3>> {
+        let mut entries = self.stiff(stiffness);
+        let permuted = &self.permuted;
+        for (row, (&mass, &weight)) in self.masses.iter().zip(weights).enumerate() {
+            entries.push(permuted[row], permuted[row], weight + LEAST * mass);
+        }
+        let mut right: Vec<DVec3> =
+            weights.iter().zip(targets).map(|(&weight, &target)| target * weight).collect();
+        for Anchor { points, weights, displacement } in anchors {
+            let points = points.map(|point| point as usize);
+            for k in 0..3 {
+                right[points[k]] += *displacement * weights[k];
+                for l in 0..3 {
+                    let product = weights[k] * weights[l];
+                    entries.push(permuted[points[k]], permuted[points[l]], product);
+                }
+            }
+        }
+        let factors = CscCholesky::factor(&CscMatrix::from(&entries)).ok()?;
+        let solver = Factors { equations: self, bending: 0.0, membrane: 0.0, factors };
+        Some(solver.precondition(&right))
+    }
+
+    /// The entries of `ℓᵦ⁴ L M⁻¹ L + ℓₘ² L`, in the order that keeps factors sparse.
+    fn stiff(&self, stiffness: Stiffness) -> CooMatrix<f64> {
+        let size = self.masses.len();
+        let (bending, membrane) = (stiffness.bending.powi(4), stiffness.membrane.powi(2));
+        let mut entries = CooMatrix::new(size, size);
+        for (matrix, factor) in [(&self.bilaplacian, bending), (&self.laplacian, membrane)] {
+            for (row, column, value) in matrix.triplet_iter() {
+                entries.push(self.permuted[row], self.permuted[column], factor * value);
+            }
+        }
+        entries
     }
 }
 
 /// The equations for one stiffness.
-pub(super) struct Factors<'a> {
+pub(crate) struct Factors<'a> {
     equations: &'a Equations,
     bending: f64,
     membrane: f64,
@@ -113,11 +153,10 @@ impl Factors<'_> {
         /// Iterations and the relative residual at which they end: far below what a step changes.
         const ITERATIONS: usize = 30;
         const TOLERANCE: f64 = 1e-4;
-        let least = 1e-6;
         let apply = |values: &[DVec3]| {
             let mut result = self.smoothness(values);
             for (index, value) in result.iter_mut().enumerate() {
-                *value += values[index] * (weights[index] + least * self.equations.masses[index]);
+                *value += values[index] * (weights[index] + LEAST * self.equations.masses[index]);
             }
             for Anchor { points, weights, .. } in anchors {
                 let sum: DVec3 = (0..3).map(|k| values[points[k] as usize] * weights[k]).sum();

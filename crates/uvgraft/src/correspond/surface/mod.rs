@@ -4,13 +4,13 @@
 //! surface, and the two surfaces are laid over each other exactly.
 
 mod align;
-mod equations;
+pub(crate) mod equations;
 mod kinds;
 mod overlay;
 mod placed;
 mod register;
-mod shape;
-mod tree;
+pub(crate) mod shape;
+pub(crate) mod tree;
 
 use glam::DVec3;
 

@@ -8,7 +8,7 @@ use crate::surface::Surface;
 
 /// Triangles over points.
 #[derive(Debug, Clone)]
-pub(super) struct Shape {
+pub(crate) struct Shape {
     pub points: Vec<DVec3>,
     pub triangles: Vec<[u32; 3]>,
 }
@@ -23,7 +23,7 @@ impl Shape {
     }
 
     /// Moves and scales a ball.
-    pub fn place_ball(&mut self, ball: &BallMove) {
+    pub(super) fn place_ball(&mut self, ball: &BallMove) {
         let mut points: Vec<u32> =
             ball.faces.iter().flat_map(|&face| self.triangles[face as usize]).collect();
         points.sort_unstable();

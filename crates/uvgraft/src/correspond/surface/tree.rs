@@ -12,7 +12,7 @@ const LEAF: usize = 4;
 
 /// An axis-aligned box.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct Bounds {
+pub(crate) struct Bounds {
     pub min: DVec3,
     pub max: DVec3,
 }
@@ -58,7 +58,7 @@ impl Bounds {
 
 /// A point of a triangle near another point.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) struct Nearest {
+pub(crate) struct Nearest {
     pub triangle: u32,
     pub weights: Weights,
     pub point: DVec3,
@@ -76,7 +76,7 @@ struct Node {
 
 /// Triangles in boxes.
 #[derive(Debug, Clone)]
-pub(super) struct Tree {
+pub(crate) struct Tree {
     corners: Vec<[DVec3; 3]>,
     order: Vec<u32>,
     nodes: Vec<Node>,
@@ -252,7 +252,7 @@ fn ray_distance(origin: DVec3, direction: DVec3, [a, b, c]: [DVec3; 3]) -> Optio
 }
 
 /// The point of a triangle with the given weights.
-pub(super) fn mixed(corners: [DVec3; 3], weights: Weights) -> DVec3 {
+pub(crate) fn mixed(corners: [DVec3; 3], weights: Weights) -> DVec3 {
     corners[0] * weights[0] + corners[1] * weights[1] + corners[2] * weights[2]
 }
 

@@ -1,0 +1,112 @@
+//! What photographs do not show of a head: the mirror image of what they do, then colours that
+//! spread smoothly over the surface, and hair where hair grows.
+
+use glam::DVec3;
+use uvgraft::Area;
+use uvgraft::easing::smoothstep;
+use uvgraft::surface_field::Smoothness;
+use uvgraft::threads::map_indices;
+
+use crate::head::Head;
+use crate::layout_texels::LayoutTexels;
+use crate::mirror::Mirror;
+use crate::raster::bilinear;
+
+/// Smoothness of colours that spread over the surface, in eye distances.
+const SPREAD: Smoothness = Smoothness { bending: 0.1, membrane: 1.5 };
+
+/// A head's layout, prepared for completing textures.
+pub(crate) struct Completion<'a> {
+    head: &'a Head,
+    texels: &'a LayoutTexels,
+}
+
+impl<'a> Completion<'a> {
+    pub fn new(head: &'a Head, texels: &'a LayoutTexels) -> Self {
+        Self { head, texels }
+    }
+
+    /// Completes colours.
+    ///
+    /// - `colors`: `[texels]`, sRGB, 1.0 for white.
+    /// - `known`: `[texels]`, 0 to 1.
+    /// - `hair`: the colour of hair, if any is seen.
+    pub fn complete(
+        &self,
+        colors: Vec<[f32; 3]>,
+        known: &[f32],
+        hair: Option<[f32; 3]>,
+    ) -> Vec<[f32; 3]> {
+        let size = self.texels.size();
+        let Some(tones) = self.tones(&colors, known) else { return colors };
+        let mirror = Mirror::new(self.head);
+        let packed: Vec<[f32; 4]> =
+            colors.iter().zip(known).map(|(&[r, g, b], &known)| [r, g, b, known]).collect();
+        drop(colors);
+        let scalp = self.head.anatomy.area(Area::Scalp);
+        map_indices(size.texels(), |texel| {
+            let [r, g, b, known] = packed[texel];
+            let Some(place) = self.texels.place(texel) else { return [0.0; 3] };
+            let corners = self.head.mesh.faces()[place.face as usize];
+            let tone: [f32; 3] = std::array::from_fn(|k| {
+                (0..3).map(|c| place.weights[c] * tones[corners[c] as usize][k]).sum::<f64>() as f32
+            });
+            let share: f32 =
+                (0..3).map(|c| place.weights[c] as f32 * scalp[corners[c] as usize]).sum();
+            let mut filled = tone;
+            if let Some(hair) = hair {
+                let share = smoothstep(0.3, 0.7, share);
+                filled = std::array::from_fn(|k| filled[k] + (hair[k] - filled[k]) * share);
+            }
+            if known < 1.0
+                && let Some(uv) = mirror.uv(self.texels, texel)
+            {
+                let [mr, mg, mb, known] = bilinear(size, &packed, uv);
+                let share = smoothstep(0.3, 0.9, known);
+                filled = mixed(filled, [mr, mg, mb], share);
+            }
+            mixed(filled, [r, g, b], known)
+        })
+    }
+
+    /// `[vertices]`: the colour of skin at each, from texels that are known, spread over the rest.
+    fn tones(&self, colors: &[[f32; 3]], known: &[f32]) -> Option<Vec<[f64; 3]>> {
+        let vertices = self.head.mesh.positions().len();
+        let (mut sums, mut weights) = (vec![DVec3::ZERO; vertices], vec![0.0; vertices]);
+        let mut counts = vec![0.0; vertices];
+        for (texel, (color, &known)) in colors.iter().zip(known).enumerate() {
+            let Some(place) = self.texels.place(texel) else { continue };
+            let corners = self.head.mesh.faces()[place.face as usize];
+            let color = DVec3::from(color.map(f64::from));
+            for k in 0..3 {
+                let (at, share) = (corners[k] as usize, place.weights[k].max(0.0));
+                counts[at] += share;
+                weights[at] += share * f64::from(known);
+                sums[at] += color * (share * f64::from(known));
+            }
+        }
+        let total: f64 = weights.iter().sum();
+        if total <= 0.0 {
+            return None;
+        }
+        // Colours relative to their mean, to which the field tends where nothing is near.
+        let mean = sums.iter().sum::<DVec3>() / total;
+        let areas = self.head.field.areas();
+        let at: Vec<(f64, [f64; 3])> = (0..vertices)
+            .map(|vertex| {
+                let color = sums[vertex] / weights[vertex].max(1e-9) - mean;
+                let share = weights[vertex] / f64::max(counts[vertex], 1e-9);
+                (10.0 * areas[vertex] * share, color.to_array())
+            })
+            .collect();
+        let unit = self.head.unit();
+        let smoothness =
+            Smoothness { bending: SPREAD.bending * unit, membrane: SPREAD.membrane * unit };
+        let spread = self.head.field.solve(smoothness, &at, &[])?;
+        Some(spread.into_iter().map(|color| (DVec3::from(color) + mean).to_array()).collect())
+    }
+}
+
+fn mixed(one: [f32; 3], other: [f32; 3], share: f32) -> [f32; 3] {
+    std::array::from_fn(|k| one[k] + (other[k] - one[k]) * share)
+}

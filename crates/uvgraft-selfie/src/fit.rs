@@ -1,0 +1,283 @@
+//! Cameras and the shape of a head from the landmarks of photographs.
+//!
+//! Cameras and shape are found in turn. For the cameras of one shape, each landmark has a place
+//! that all photographs together put it at: along the image plane as seen, along the line of sight
+//! as far as depths can be believed. The head's surface is bent to these places, smoothly (see
+//! [`SurfaceField`](uvgraft::surface_field)), and everything loose in it moves along. What a single
+//! photograph shows beyond the common shape is its expression.
+
+use glam::{DMat3, DVec3};
+use uvgraft::Size;
+use uvgraft::easing::smoothstep_f64;
+use uvgraft::surface_field::{FieldValue, Smoothness};
+
+use crate::camera::Camera;
+use crate::head::Head;
+use crate::head_landmarks::normals;
+
+/// The landmarks of one photograph.
+#[derive(Debug, Clone, PartialEq)]
+pub struct PhotoLandmarks {
+    /// `[x, y, z]` in pixels; z is relative, and smaller is nearer to the viewer.
+    pub points: Vec<[f64; 3]>,
+    /// Size of the photograph.
+    pub size: Size,
+    /// Focal length in pixels, if known.
+    pub focal_px: Option<f64>,
+}
+
+/// A photograph's camera, and the head as the photograph shows it.
+#[derive(Debug, Clone)]
+pub struct FittedPhoto {
+    /// The camera, in the head's space.
+    pub camera: Camera,
+    /// `[vertices]`: the head with the expression of this photograph.
+    pub posed: Vec<DVec3>,
+    /// Median distance of the landmarks from those of `posed`, in pixels.
+    pub residual_px: f64,
+}
+
+/// The result of fitting a head to photographs.
+#[derive(Debug, Clone)]
+pub struct Fit {
+    /// `[vertices]`: the shape that the photographs share.
+    pub shaped: Vec<DVec3>,
+    /// The photographs, in the given order.
+    pub photos: Vec<FittedPhoto>,
+}
+
+/// Rounds of finding cameras and shape in turn.
+const ROUNDS: usize = 4;
+
+/// How far relative depths are believed, as a weight beside 1 for what is seen in the image: the
+/// network guesses them.
+const DEPTH_TRUST: f64 = 0.25;
+
+/// The weight of a place that no photograph moves.
+const REST: f64 = 0.02;
+
+/// Smoothness of the shape and of an expression, in eye distances.
+const SHAPE: Smoothness = Smoothness { bending: 0.35, membrane: 0.15 };
+const EXPRESSION: Smoothness = Smoothness { bending: 0.22, membrane: 0.2 };
+
+/// The weight of a landmark, in square eye distances: about the area that each of 468 stands for.
+const LANDMARK: f64 = 0.02;
+
+impl Fit {
+    /// Fits a head to photographs.
+    ///
+    /// `None` if the landmarks of a photograph determine no pose, or the shape no equations.
+    ///
+    /// # Panics
+    /// If a photograph has another number of landmarks than the head.
+    pub fn new(head: &Head, photos: &[PhotoLandmarks]) -> Option<Self> {
+        let rest = head.positions();
+        let at_rest = head.landmark_points(&rest);
+        let certain: Vec<f64> = head.landmarks.iter().map(|landmark| landmark.certainty).collect();
+        let used: Vec<usize> = (0..certain.len()).filter(|&index| certain[index] > 0.1).collect();
+        let mut shaped = rest.clone();
+        let mut cameras = Vec::with_capacity(photos.len());
+        for photo in photos {
+            assert_eq!(photo.points.len(), at_rest.len(), "landmarks of a photograph");
+            let focal = photo.focal_px.unwrap_or_else(|| Camera::usual_focal_px(photo.size));
+            let points: Vec<DVec3> = used.iter().map(|&index| at_rest[index]).collect();
+            let seen: Vec<[f64; 3]> = used.iter().map(|&index| photo.points[index]).collect();
+            cameras.push(Camera::of_landmarks(&points, &seen, focal, photo.size)?);
+        }
+        let hold = held_still(head);
+        for _ in 0..ROUNDS {
+            let points = head.landmark_points(&shaped);
+            for (camera, photo) in cameras.iter_mut().zip(photos) {
+                refine(camera, &points, photo, &certain);
+            }
+            let facing = facing(head, &shaped, &cameras);
+            let places = places(head, &points, &at_rest, photos, &cameras, &facing);
+            shaped = bent(head, &rest, SHAPE, &hold, &places)?;
+        }
+        let points = head.landmark_points(&shaped);
+        let fitted = photos.iter().zip(cameras).map(|(photo, mut camera)| {
+            refine(&mut camera, &points, photo, &certain);
+            let cameras = [camera];
+            let facing = facing_of(head, &shaped, &cameras[0]);
+            let one = std::slice::from_ref(photo);
+            let places = places(head, &points, &points, one, &cameras, &[facing]);
+            let posed = bent(head, &shaped, EXPRESSION, &hold, &places)?;
+            let residual_px = residual(head, &posed, photo, &camera);
+            Some(FittedPhoto { camera, posed, residual_px })
+        });
+        let photos = fitted.collect::<Option<Vec<FittedPhoto>>>()?;
+        Some(Self { shaped, photos })
+    }
+}
+
+fn refine(camera: &mut Camera, points: &[DVec3], photo: &PhotoLandmarks, certain: &[f64]) {
+    let images: Vec<[f64; 2]> = photo.points.iter().map(|&[x, y, _]| [x, y]).collect();
+    camera.refine(points, &images, certain);
+}
+
+fn facing(head: &Head, positions: &[DVec3], cameras: &[Camera]) -> Vec<Vec<f64>> {
+    cameras.iter().map(|camera| facing_of(head, positions, camera)).collect()
+}
+
+/// For each landmark how well a camera sees it, 0 to 1: networks guess what is turned away.
+fn facing_of(head: &Head, positions: &[DVec3], camera: &Camera) -> Vec<f64> {
+    let narrow: Vec<[f32; 3]> = positions.iter().map(|at| at.as_vec3().to_array()).collect();
+    let normals = normals(&narrow, head.mesh.faces());
+    let points = head.landmark_points(positions);
+    let directions = head.landmark_points(&normals);
+    let eye = camera.eye();
+    let facing = |(point, normal): (DVec3, DVec3)| {
+        let cosine = (eye - point).normalize().dot(normal.normalize_or_zero());
+        0.05 + 0.95 * smoothstep_f64(-0.1, 0.4, cosine)
+    };
+    points.into_iter().zip(directions).map(facing).collect()
+}
+
+/// Where photographs put landmarks, as displacements from `from`.
+///
+/// - `points`: where the landmarks are now; depths are relative to theirs.
+fn places(
+    head: &Head,
+    points: &[DVec3],
+    from: &[DVec3],
+    photos: &[PhotoLandmarks],
+    cameras: &[Camera],
+    facing: &[Vec<f64>],
+) -> Vec<FieldValue> {
+    let unit = head.unit();
+    let depths: Vec<Vec<f64>> = photos
+        .iter()
+        .zip(cameras)
+        .map(|(photo, camera)| depths(points, photo, camera, &head.landmarks))
+        .collect();
+    let place = |(index, landmark): (usize, &crate::head_landmarks::HeadLandmark)| {
+        let mut matrix = DMat3::from_diagonal(DVec3::splat(REST));
+        let mut right = DVec3::ZERO;
+        let mut total = 0.0;
+        for (photo, camera) in
+            photos.iter().zip(cameras).enumerate().map(|(k, (photo, camera))| ((k, photo), camera))
+        {
+            let (k, photo) = photo;
+            let [x, y, _] = photo.points[index];
+            let seen = camera.unproject([x, y], depths[k][index]);
+            let sight = (seen - camera.eye()).normalize();
+            let along = outer(sight);
+            let weight = facing[k][index];
+            let by_direction = (DMat3::IDENTITY - along * (1.0 - DEPTH_TRUST)) * weight;
+            matrix += by_direction;
+            right += by_direction * (seen - from[index]);
+            total += weight;
+        }
+        let value = matrix.inverse() * right;
+        let weight = LANDMARK * unit * unit * landmark.certainty * total.min(1.0);
+        FieldValue { at: landmark.at, value: value.to_array(), weight }
+    };
+    head.landmarks.iter().enumerate().map(place).collect()
+}
+
+fn outer(direction: DVec3) -> DMat3 {
+    DMat3::from_cols(direction * direction.x, direction * direction.y, direction * direction.z)
+}
+
+/// The distance of each landmark along the optical axis: the network's relative depths, scaled and
+/// moved to agree with where the landmarks are now.
+fn depths(
+    points: &[DVec3],
+    photo: &PhotoLandmarks,
+    camera: &Camera,
+    landmarks: &[crate::head_landmarks::HeadLandmark],
+) -> Vec<f64> {
+    let now: Vec<f64> = points.iter().map(|&point| camera.view(point).z).collect();
+    let weights: Vec<f64> = landmarks.iter().map(|landmark| landmark.certainty).collect();
+    let total = weights.iter().sum::<f64>().max(f64::MIN_POSITIVE);
+    let mean = |values: &mut dyn Iterator<Item = f64>| {
+        values.zip(&weights).map(|(value, weight)| value * weight).sum::<f64>() / total
+    };
+    let mean_now = mean(&mut now.iter().copied());
+    let mean_seen = mean(&mut photo.points.iter().map(|point| point[2]));
+    // A pixel of depth is a pixel of width at the head's distance.
+    let per_pixel = 1.0 / camera.scale(mean_now);
+    photo.points.iter().map(|point| mean_now + (point[2] - mean_seen) * per_pixel).collect()
+}
+
+/// For each vertex how much it is held at rest: not in the face, fully away from the head.
+fn held_still(head: &Head) -> Vec<f64> {
+    let frame = head.anatomy.frame();
+    let areas = head.field.areas();
+    let hold = |(position, area): (&[f32; 3], f64)| {
+        let [x, y, z] = frame.local(position.map(f64::from));
+        // The crown is some 2 eye distances above the eyes, the hollow of the neck 4 below.
+        let below = smoothstep_f64(2.4, 4.0, -y);
+        let away = smoothstep_f64(3.0, 4.5, DVec3::new(x, y, z).length());
+        // The skull's shape is hardly seen; it follows the face, but not beyond measure.
+        0.01 * area + 10.0 * area * below.max(away)
+    };
+    head.mesh.positions().iter().zip(areas).map(hold).collect()
+}
+
+/// The head with its surface bent so that landmarks come to their places.
+fn bent(
+    head: &Head,
+    from: &[DVec3],
+    smoothness: Smoothness,
+    hold: &[f64],
+    places: &[FieldValue],
+) -> Option<Vec<DVec3>> {
+    let unit = head.unit();
+    let smoothness =
+        Smoothness { bending: smoothness.bending * unit, membrane: smoothness.membrane * unit };
+    let held: Vec<(f64, [f64; 3])> = hold.iter().map(|&weight| (weight, [0.0; 3])).collect();
+    let moves = head.field.solve(smoothness, &held, places)?;
+    let mut moved: Vec<DVec3> =
+        from.iter().zip(&moves).map(|(&from, &by)| from + DVec3::from(by)).collect();
+    carry_along(head, from, &mut moved);
+    Some(moved)
+}
+
+/// Moves what lies loose in the head, such as eyeballs and teeth, rigidly with the skin around it.
+fn carry_along(head: &Head, from: &[DVec3], moved: &mut [DVec3]) {
+    /// Number of vertices of the skin that decide.
+    const NEAREST: usize = 60;
+    let skin = &head.components.vertices[head.components.skin as usize];
+    let mut moves = Vec::new();
+    for (number, vertices) in head.components.vertices.iter().enumerate() {
+        if number as u32 == head.components.skin || vertices.is_empty() {
+            continue;
+        }
+        let center =
+            vertices.iter().map(|&at| from[at as usize]).sum::<DVec3>() / vertices.len() as f64;
+        let mut near: Vec<(f64, u32)> =
+            skin.iter().map(|&at| (from[at as usize].distance_squared(center), at)).collect();
+        let count = NEAREST.min(near.len());
+        if count == 0 {
+            continue;
+        }
+        near.select_nth_unstable_by(count - 1, |a, b| a.0.total_cmp(&b.0));
+        let shift = |&(_, at): &(f64, u32)| moved[at as usize] - from[at as usize];
+        moves.push((number, near[..count].iter().map(shift).sum::<DVec3>() / count as f64));
+    }
+    for (number, shift) in moves {
+        for &vertex in &head.components.vertices[number] {
+            moved[vertex as usize] = from[vertex as usize] + shift;
+        }
+    }
+}
+
+fn residual(head: &Head, posed: &[DVec3], photo: &PhotoLandmarks, camera: &Camera) -> f64 {
+    let points = head.landmark_points(posed);
+    let mut distances: Vec<f64> = points
+        .iter()
+        .zip(&photo.points)
+        .zip(&head.landmarks)
+        .filter(|(_, landmark)| landmark.certainty > 0.5)
+        .map(|((&point, seen), _)| {
+            let [x, y, _] = camera.project(point);
+            (x - seen[0]).hypot(y - seen[1])
+        })
+        .collect();
+    let middle = distances.len() / 2;
+    if distances.is_empty() {
+        return f64::NAN;
+    }
+    *distances.select_nth_unstable_by(middle, f64::total_cmp).1
+}

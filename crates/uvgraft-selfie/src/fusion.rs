@@ -1,0 +1,208 @@
+//! Several photographs in one texture: exposures equalised, coarse colours mixed softly and details
+//! taken from where they are seen best, so that nothing is seen twice.
+//!
+//! Two bands are enough for what differs between photographs of a face: light and white balance,
+//! which change over centimetres, and pores, which must not be averaged (P. Burt and E. Adelson, "A
+//! multiresolution spline with application to image mosaics", 1983).
+
+use uvgraft::Size;
+use uvgraft::threads::{for_each, map_indices};
+
+use crate::raster::{bilinear, blurred};
+
+/// A photograph's share in a texture.
+#[derive(Debug, Clone)]
+pub(crate) struct Layer {
+    /// `[texels]`, sRGB, 1.0 for white.
+    pub colors: Vec<[f32; 3]>,
+    /// `[texels]`, how far each texel is known, 0 to 1.
+    pub known: Vec<f32>,
+    /// `[texels]`, the cosine between normal and line of sight.
+    pub facing: Vec<f32>,
+}
+
+/// Sums of the layers so far.
+#[derive(Debug)]
+pub(crate) struct Fusion {
+    size: Size,
+    /// Weighted sums of the coarse band, and of the weights.
+    coarse: Vec<[f32; 4]>,
+    fine: Vec<[f32; 4]>,
+    known: Vec<f32>,
+}
+
+/// Coarse colours are those of squares with this share of the texture's side.
+const SQUARES: u32 = 128;
+
+/// Powers of the cosine in the weights of the two bands.
+const COARSE: i32 = 2;
+const FINE: i32 = 10;
+
+impl Fusion {
+    pub fn new(size: Size) -> Self {
+        let texels = size.texels();
+        Self {
+            size,
+            coarse: vec![[0.0; 4]; texels],
+            fine: vec![[0.0; 4]; texels],
+            known: vec![0.0; texels],
+        }
+    }
+
+    /// Adds a photograph, equalised with those before it.
+    pub fn add(&mut self, mut layer: Layer) {
+        if let Some(gain) = self.gain(&layer) {
+            for color in &mut layer.colors {
+                *color = std::array::from_fn(|k| (color[k] * gain[k]).min(1.0));
+            }
+        }
+        let coarse_of = Coarse::new(self.size, &layer);
+        let width = self.size.width as usize;
+        let rows = self
+            .coarse
+            .chunks_mut(width)
+            .zip(self.fine.chunks_mut(width))
+            .zip(self.known.chunks_mut(width));
+        for_each(rows, |y, ((coarse, fine), known)| {
+            for x in 0..width {
+                let texel = y * width + x;
+                let is_known = layer.known[texel];
+                if is_known <= 0.0 {
+                    continue;
+                }
+                let facing = layer.facing[texel];
+                let soft = coarse_of.at(self.size, texel);
+                let weights = [COARSE, FINE].map(|power| is_known * facing.powi(power) + 1e-9);
+                for k in 0..3 {
+                    coarse[x][k] += weights[0] * soft[k];
+                    fine[x][k] += weights[1] * (layer.colors[texel][k] - soft[k]);
+                }
+                coarse[x][3] += weights[0];
+                fine[x][3] += weights[1];
+                known[x] = known[x].max(is_known);
+            }
+        });
+    }
+
+    /// The factors that give a layer the colours of those before it, where both are known.
+    fn gain(&self, layer: &Layer) -> Option<[f32; 3]> {
+        const FEWEST: usize = 500;
+        const CERTAIN: f32 = 0.6;
+        let both: Vec<usize> = (0..self.known.len())
+            .filter(|&texel| self.known[texel] > CERTAIN && layer.known[texel] > CERTAIN)
+            .collect();
+        if both.len() < FEWEST {
+            return None;
+        }
+        let step = both.len().div_ceil(20_000);
+        Some(std::array::from_fn(|k| {
+            let ratio =
+                |&texel: &usize| (self.color(texel)[k] + 0.01) / (layer.colors[texel][k] + 0.01);
+            let mut ratios: Vec<f32> = both.iter().step_by(step).map(ratio).collect();
+            let middle = ratios.len() / 2;
+            ratios.select_nth_unstable_by(middle, f32::total_cmp).1.clamp(0.3, 3.0)
+        }))
+    }
+
+    fn color(&self, texel: usize) -> [f32; 3] {
+        let (coarse, fine) = (self.coarse[texel], self.fine[texel]);
+        if coarse[3] <= 0.0 {
+            return [0.0; 3];
+        }
+        std::array::from_fn(|k| (coarse[k] / coarse[3] + fine[k] / fine[3]).clamp(0.0, 1.0))
+    }
+
+    /// The colours, and how far each is known.
+    pub fn finish(self) -> (Vec<[f32; 3]>, Vec<f32>) {
+        let colors = map_indices(self.known.len(), |texel| self.color(texel));
+        (colors, self.known)
+    }
+}
+
+/// The coarse band of a layer: means over squares, blurred, where it is known.
+struct Coarse {
+    size: Size,
+    /// Weighted colours and weights.
+    squares: Vec<[f32; 4]>,
+}
+
+impl Coarse {
+    fn new(from: Size, layer: &Layer) -> Self {
+        let side = |texels: u32| texels.min(SQUARES);
+        let size = Size::new(side(from.width), side(from.height));
+        let mut squares = vec![[0.0_f32; 4]; size.texels()];
+        for (texel, (color, &known)) in layer.colors.iter().zip(&layer.known).enumerate() {
+            let [x, y] = [texel as u32 % from.width, texel as u32 / from.width];
+            let column = u64::from(x) * u64::from(size.width) / u64::from(from.width);
+            let row = u64::from(y) * u64::from(size.height) / u64::from(from.height);
+            let square = &mut squares[(row * u64::from(size.width) + column) as usize];
+            for k in 0..3 {
+                square[k] += known * color[k];
+            }
+            square[3] += known;
+        }
+        Self { size, squares: blurred(size, &squares, 1) }
+    }
+
+    fn at(&self, size: Size, texel: usize) -> [f32; 3] {
+        let [x, y] = [texel as u32 % size.width, texel as u32 / size.width];
+        let uv = [(x as f32 + 0.5) / size.width as f32, (y as f32 + 0.5) / size.height as f32];
+        let [r, g, b, weight] = bilinear(self.size, &self.squares, uv);
+        let weight = weight.max(1e-9);
+        [r / weight, g / weight, b / weight]
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn layer(
+        size: Size,
+        color: impl Fn(u32, u32) -> [f32; 3],
+        known: impl Fn(u32) -> f32,
+    ) -> Layer {
+        let at = |texel: usize| [texel as u32 % size.width, texel as u32 / size.width];
+        Layer {
+            colors: (0..size.texels()).map(|t| color(at(t)[0], at(t)[1])).collect(),
+            known: (0..size.texels()).map(|t| known(at(t)[0])).collect(),
+            facing: vec![0.9; size.texels()],
+        }
+    }
+
+    #[test]
+    fn one_photograph_stays_as_it_is() {
+        let size = Size::square(64);
+        let color = |x: u32, y: u32| [x as f32 / 64.0, y as f32 / 64.0, 0.5];
+        let mut fusion = Fusion::new(size);
+        let one = layer(size, color, |x| if x < 50 { 1.0 } else { 0.0 });
+        fusion.add(one.clone());
+        let (colors, known) = fusion.finish();
+        assert_eq!(known, one.known);
+        for (texel, color) in colors.iter().enumerate().filter(|(texel, _)| texel % 64 < 50) {
+            for k in 0..3 {
+                assert!((color[k] - one.colors[texel][k]).abs() < 1e-5);
+            }
+        }
+    }
+
+    #[test]
+    fn exposures_are_equalised_where_photographs_overlap() {
+        let size = Size::square(128);
+        let texture = |x: u32, y: u32| {
+            let value = 0.4 + 0.1 * ((x / 3 + y / 5) % 2) as f32;
+            [value, 0.8 * value, 0.6 * value]
+        };
+        let mut fusion = Fusion::new(size);
+        fusion.add(layer(size, texture, |x| if x < 80 { 1.0 } else { 0.0 }));
+        let darker = |x: u32, y: u32| texture(x, y).map(|value| 0.7 * value);
+        fusion.add(layer(size, darker, |x| if x >= 40 { 1.0 } else { 0.0 }));
+        let (colors, _) = fusion.finish();
+        for (texel, color) in colors.iter().enumerate() {
+            let wanted = texture(texel as u32 % 128, texel as u32 / 128);
+            for k in 0..3 {
+                assert!((color[k] - wanted[k]).abs() < 0.02, "{texel}: {color:?} {wanted:?}");
+            }
+        }
+    }
+}

@@ -1,0 +1,87 @@
+//! A head prepared for photographs: its anatomy, its parts, and the landmarks on it.
+
+use glam::DVec3;
+use uvgraft::surface_field::SurfaceField;
+use uvgraft::{Anatomy, AnatomyError, Mesh, Texture};
+
+use crate::components::Components;
+use crate::head_landmarks::{self, HeadLandmark, HeadLandmarkError};
+
+/// Why a mesh is not a head for photographs.
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+#[non_exhaustive]
+pub enum HeadError {
+    /// The mesh has no head.
+    #[error(transparent)]
+    Anatomy(#[from] AnatomyError),
+    /// Its face is not one that landmarks are found on.
+    #[error(transparent)]
+    Landmarks(#[from] HeadLandmarkError),
+}
+
+/// A head's mesh with what photographs need to know of it.
+#[derive(Debug)]
+pub struct Head {
+    pub(crate) mesh: Mesh,
+    pub(crate) anatomy: Anatomy,
+    pub(crate) components: Components,
+    pub(crate) landmarks: Vec<HeadLandmark>,
+    pub(crate) field: SurfaceField,
+}
+
+impl Head {
+    /// Prepares a head, a bust or a whole body.
+    ///
+    /// - `detect`: finds the landmarks in a picture, `[x, y, z]` in pixels each, always as many as
+    ///   `mates`.
+    /// - `mates`: for each landmark, that of the other side of the face; itself on the midline.
+    ///
+    /// # Errors
+    /// [`HeadError`] if the mesh has no head, or no face is found in drawings of it.
+    pub fn new(
+        mesh: Mesh,
+        mates: &[usize],
+        detect: &(dyn Fn(&Texture) -> Option<Vec<[f64; 3]>> + Sync),
+    ) -> Result<Self, HeadError> {
+        let anatomy = Anatomy::find(&mesh)?;
+        let components = Components::new(&mesh, &anatomy);
+        let landmarks = head_landmarks::find(&mesh, &anatomy, &components, mates, detect)?;
+        let field = SurfaceField::new(&mesh, anatomy.frame().unit);
+        Ok(Self { mesh, anatomy, components, landmarks, field })
+    }
+
+    /// The mesh, at rest.
+    pub fn mesh(&self) -> &Mesh {
+        &self.mesh
+    }
+
+    /// Its landmarks and areas by shape.
+    pub fn anatomy(&self) -> &Anatomy {
+        &self.anatomy
+    }
+
+    /// The landmarks of photographs on it, in the network's order.
+    pub fn landmarks(&self) -> &[HeadLandmark] {
+        &self.landmarks
+    }
+
+    /// The distance between the eyes, in the mesh's unit.
+    pub fn unit(&self) -> f64 {
+        self.anatomy.frame().unit
+    }
+
+    /// The vertices' positions.
+    pub(crate) fn positions(&self) -> Vec<DVec3> {
+        let wide = |position: &[f32; 3]| glam::Vec3::from(*position).as_dvec3();
+        self.mesh.positions().iter().map(wide).collect()
+    }
+
+    /// Where landmarks are on the head with vertices at other positions.
+    pub(crate) fn landmark_points(&self, positions: &[DVec3]) -> Vec<DVec3> {
+        let point = |landmark: &HeadLandmark| {
+            let corners = self.mesh.faces()[landmark.at.face as usize];
+            (0..3).map(|k| positions[corners[k] as usize] * landmark.at.weights[k]).sum()
+        };
+        self.landmarks.iter().map(point).collect()
+    }
+}
