@@ -139,6 +139,15 @@ impl Network {
         self.input_length
     }
 
+    /// Number of values of each output.
+    pub fn output_lengths(&self) -> Vec<usize> {
+        let length = |output: &usize| {
+            let step = self.steps.iter().find(|step| step.output == *output);
+            step.map_or(self.input_length, |step| step.length)
+        };
+        self.outputs.iter().map(length).collect()
+    }
+
     /// Runs the network.
     ///
     /// - `input`: [`Network::input_length`] values, NHWC as in the model.
