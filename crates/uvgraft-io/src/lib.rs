@@ -1,6 +1,7 @@
 //! Readers and writers of files: meshes (OBJ, PLY, SMPL-family models), vertex maps, lists and
 //! groups, tables of correspondences, images, pair files, sampling maps as arrays, arrays by name
-//! (NPZ, pickles, torch files), FATE's textures, and LPIPS weights (feature `lpips`).
+//! (NPZ, pickles, torch files), FATE's textures, networks that find faces, and LPIPS weights
+//! (feature `lpips`).
 //!
 //! Every reader takes bytes, with a path helper on top; every writer goes through [`output`], which
 //! leaves either the old or the new file, never a partial one.
@@ -12,6 +13,7 @@
 
 pub mod arrays;
 pub mod correspondence_table;
+pub mod face_networks;
 pub mod fate;
 pub mod image;
 pub mod input;
@@ -26,6 +28,7 @@ pub mod pair_file;
 pub mod pickle;
 pub mod ply;
 pub mod sampling_map;
+pub mod tflite;
 pub mod torch;
 pub mod vertex_groups;
 pub mod vertex_list;

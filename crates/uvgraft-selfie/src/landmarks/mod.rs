@@ -1,1 +1,153 @@
 //! Faces in a photograph, and the landmarks of each.
+//!
+//! [`FaceNetworks::detect`] finds faces, [`FaceNetworks::landmarks`] the 468 landmarks of one, and
+//! [`FaceNetworks::find`] does both and refuses photographs that are of no use. Positions are in pixels
+//! of the photograph: x to the right, y down, and pixel `(i, j)` has its centre at `(i + 0.5, j + 0.5)`.
+//!
+//! Photographs may have any depth and any channels. Transparent pixels are laid over grey, and linear
+//! values are encoded as sRGB, which the networks were trained with.
+
+mod canonical;
+mod detector;
+mod iris;
+mod mesh;
+mod picture;
+pub mod refusal;
+pub mod regions;
+mod search;
+
+use uvgraft::Texture;
+use uvgraft_io::face_networks::FaceModels;
+
+pub use canonical::CanonicalFace;
+pub use iris::Iris;
+pub use refusal::{FaceChoice, FaceError};
+
+use crate::network::{Network, NetworkError};
+use picture::Picture;
+use regions::{CHIN, FOREHEAD, LEFT_EYE_OUTER, LEFT_SIDE, RIGHT_EYE_OUTER, RIGHT_SIDE};
+
+/// The networks that find faces and landmarks, ready to run.
+#[derive(Debug, Clone)]
+pub struct FaceNetworks {
+    detector: Network,
+    mesh: Network,
+    iris: Option<Network>,
+    canonical: CanonicalFace,
+}
+
+/// A face that the detector found.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct FoundFace {
+    /// How certain it is, `0.0..=1.0`.
+    pub score: f64,
+    /// Centre of its box, in pixels.
+    pub center: [f64; 2],
+    /// Width and height of its box, in pixels: from the brows to the chin, and from ear to ear.
+    pub box_size: [f64; 2],
+    /// Rotation of the box, in radians, clockwise as one sees it.
+    pub angle: f64,
+    /// In pixels: the right eye (on the left of the picture), the left eye, the tip of the nose, the
+    /// mouth, the right and the left ear.
+    pub keypoints: [[f64; 2]; 6],
+}
+
+/// The landmarks of a face.
+#[derive(Debug, Clone, PartialEq)]
+pub struct FaceLandmarks {
+    /// 468 points: x and y in pixels; z in the same unit, away from the camera, relative to the head's
+    /// middle. [`regions`] says which is which, and [`CanonicalFace`] connects them.
+    pub points: Vec<[f64; 3]>,
+    /// How certain the network is that it sees a face, `0.0..=1.0`.
+    pub score: f64,
+    /// The right and the left eye, if the iris network was imported.
+    pub irises: Option<[Iris; 2]>,
+}
+
+impl FoundFace {
+    /// The longer side of the box, in pixels.
+    pub const fn size(&self) -> f64 {
+        self.box_size[0].max(self.box_size[1])
+    }
+
+    /// The angle of the line from the right to the left eye, in radians, clockwise as one sees it; 0
+    /// for an upright face.
+    pub fn eye_angle(&self) -> f64 {
+        let [right, left, ..] = self.keypoints;
+        (left[1] - right[1]).atan2(left[0] - right[0])
+    }
+}
+
+impl FaceLandmarks {
+    /// How far the face is turned, in radians: 0 from the front, positive towards the right of the
+    /// picture.
+    pub fn yaw(&self) -> f64 {
+        let (right, left) = (self.points[RIGHT_SIDE], self.points[LEFT_SIDE]);
+        (left[2] - right[2]).atan2((left[0] - right[0]).hypot(left[1] - right[1]))
+    }
+
+    /// How far the face is tilted, in radians: 0 from the front, positive downwards.
+    pub fn pitch(&self) -> f64 {
+        let (top, bottom) = (self.points[FOREHEAD], self.points[CHIN]);
+        (bottom[2] - top[2]).atan2((bottom[0] - top[0]).hypot(bottom[1] - top[1]))
+    }
+
+    /// How far the face leans, in radians: 0 upright, clockwise as one sees it.
+    pub fn roll(&self) -> f64 {
+        let (right, left) = (self.points[RIGHT_EYE_OUTER], self.points[LEFT_EYE_OUTER]);
+        (left[1] - right[1]).atan2(left[0] - right[0])
+    }
+}
+
+impl FaceNetworks {
+    /// Prepares the networks.
+    ///
+    /// # Errors
+    /// [`NetworkError`] if they are not the networks that they should be.
+    pub fn new(models: &FaceModels) -> Result<Self, NetworkError> {
+        let detector = Network::new(&models.detection)?;
+        detector::check(&detector)?;
+        let mesh = Network::new(&models.landmark)?;
+        mesh::check(&mesh)?;
+        let iris = models.iris.as_ref().map(Network::new).transpose()?;
+        iris.as_ref().map(iris::check).transpose()?;
+        Ok(Self { detector, mesh, iris, canonical: CanonicalFace::new(&models.canonical) })
+    }
+
+    /// The face whose vertices are the landmarks.
+    pub const fn canonical(&self) -> &CanonicalFace {
+        &self.canonical
+    }
+
+    /// All faces in a photograph, the largest first.
+    pub fn detect(&self, photograph: &Texture) -> Vec<FoundFace> {
+        search::search(&self.detector, &Picture::new(photograph))
+    }
+
+    /// The landmarks of a face, whatever its score.
+    pub fn landmarks(&self, photograph: &Texture, face: &FoundFace) -> FaceLandmarks {
+        self.landmarks_in(&Picture::new(photograph), face)
+    }
+
+    /// The landmarks of the face that is meant.
+    ///
+    /// # Errors
+    /// [`FaceError`] if there is no such face, or if it is too small, unclear or seen from the side.
+    pub fn find(
+        &self,
+        photograph: &Texture,
+        choice: FaceChoice,
+    ) -> Result<FaceLandmarks, FaceError> {
+        let picture = Picture::new(photograph);
+        let faces = search::search(&self.detector, &picture);
+        let landmarks = self.landmarks_in(&picture, refusal::choose(&faces, choice)?);
+        refusal::check(&landmarks)?;
+        Ok(landmarks)
+    }
+
+    fn landmarks_in(&self, picture: &Picture<'_>, face: &FoundFace) -> FaceLandmarks {
+        let (points, score) = mesh::find(&self.mesh, picture, face);
+        let irises = self.iris.as_ref().map(|network| iris::find(network, picture, &points));
+        FaceLandmarks { points, score, irises }
+    }
+}

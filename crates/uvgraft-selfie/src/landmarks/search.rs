@@ -1,0 +1,148 @@
+//! Finds faces of any size and orientation in a photograph, with a detector that only finds those that
+//! fill a good part of its input.
+//!
+//! The whole photograph is searched first, with tiles of half its size; finer tiles, and the photograph
+//! on its sides and upside down, only while nothing is found. Every candidate is then looked at again
+//! in a crop of its own, upright and of one size, so that scores can be compared.
+
+use uvgraft::threads;
+
+use super::FoundFace;
+use super::detector::{self, Detection};
+use super::picture::{Crop, Picture};
+use crate::network::Network;
+
+/// Least score of a candidate, and of a face when it is looked at again. MediaPipe's default; see
+/// [`super::refusal`] for what was measured.
+const LEAST_SCORE: f64 = 0.5;
+
+/// Side of the crop in which a candidate is looked at again, in sides of its box: about what the head
+/// fills in a selfie.
+const CLOSER: f64 = 2.5;
+
+/// Tiles are not made smaller than this: a face of 64 pixels fills a third of it.
+const LEAST_TILE: f64 = 192.0;
+
+/// Tiles along the longer side of the finest division.
+const MAX_DIVISION: usize = 16;
+
+/// All faces, the largest first.
+pub(super) fn search(network: &Network, picture: &Picture<'_>) -> Vec<FoundFace> {
+    let [width, height] = picture.size();
+    let side = width.max(height);
+    let whole = Crop { center: [width / 2.0, height / 2.0], side, angle: 0.0 };
+    let mut division = 2;
+    let mut crops = tiles([width, height], division);
+    crops.push(whole);
+    loop {
+        let faces = search_crops(network, picture, &crops);
+        if !faces.is_empty() {
+            return faces;
+        }
+        division *= 2;
+        if division > MAX_DIVISION || side / (division as f64) < LEAST_TILE {
+            break;
+        }
+        crops = tiles([width, height], division);
+    }
+    let turned = [1.0, -1.0, 2.0].map(|quarters| {
+        let angle = quarters * std::f64::consts::FRAC_PI_2;
+        Crop { angle, ..whole }
+    });
+    search_crops(network, picture, &turned)
+}
+
+/// Overlapping squares that cover the photograph, `1 / division` of its longer side each.
+fn tiles([width, height]: [f64; 2], division: usize) -> Vec<Crop> {
+    let side = width.max(height) / division as f64;
+    let places = |length: f64| -> Vec<f64> {
+        // Half a tile apart or less, so that a face of half a tile is whole in one of them.
+        let steps = ((length - side).max(0.0) / (side / 2.0)).ceil();
+        (0..=steps as usize)
+            .map(|step| {
+                let along = if steps > 0.0 { step as f64 / steps } else { 0.5 };
+                side / 2.0 + (length - side) * along
+            })
+            .collect()
+    };
+    let columns = places(width);
+    let row = |y: f64| columns.iter().map(move |&x| Crop { center: [x, y], side, angle: 0.0 });
+    places(height).into_iter().flat_map(row).collect()
+}
+
+fn search_crops(network: &Network, picture: &Picture<'_>, crops: &[Crop]) -> Vec<FoundFace> {
+    let candidates = threads::map_indices(crops.len(), |index| {
+        let crop = crops[index];
+        let found = detector::detect(network, picture, &crop, LEAST_SCORE);
+        found.into_iter().map(|found| placed(&found, &crop)).collect::<Vec<_>>()
+    });
+    let candidates = distinct(candidates.concat());
+    let closer = threads::map_indices(candidates.len(), |index| {
+        look_closer(network, picture, &candidates[index])
+    });
+    let mut faces = distinct(closer.into_iter().flatten().collect());
+    faces.sort_by(|a, b| b.size().total_cmp(&a.size()));
+    faces
+}
+
+/// The candidate again, in the middle of an upright crop; `None` if there is no face then.
+fn look_closer(
+    network: &Network,
+    picture: &Picture<'_>,
+    candidate: &FoundFace,
+) -> Option<FoundFace> {
+    let crop =
+        Crop { center: candidate.center, side: candidate.size(), angle: candidate.eye_angle() };
+    let crop = crop.scaled(CLOSER);
+    let found = detector::detect(network, picture, &crop, LEAST_SCORE);
+    // The face of a neighbour may be in sight, too.
+    let is_near =
+        |found: &Detection| (0..2).all(|axis| (found.center[axis] - 0.5).abs() < 0.5 / CLOSER);
+    found.iter().find(|found| is_near(found)).map(|found| placed(found, &crop))
+}
+
+/// A detection of a crop, in the photograph.
+fn placed(found: &Detection, crop: &Crop) -> FoundFace {
+    FoundFace {
+        score: found.score,
+        center: crop.position(found.center),
+        box_size: found.size.map(|side| side * crop.side),
+        angle: crop.angle,
+        keypoints: found.keypoints.map(|point| crop.position(point)),
+    }
+}
+
+/// Each face once, where several crops show it: the best score stays.
+fn distinct(mut faces: Vec<FoundFace>) -> Vec<FoundFace> {
+    faces.sort_by(|a, b| b.score.total_cmp(&a.score));
+    let mut kept: Vec<FoundFace> = Vec::new();
+    for face in faces {
+        // Where one of the two only sees a part of the face, its box is smaller but near.
+        let is_same = |other: &FoundFace| {
+            let apart = (0..2).map(|axis| (other.center[axis] - face.center[axis]).powi(2));
+            apart.sum::<f64>().sqrt() < 0.5 * other.size().max(face.size())
+        };
+        if face.size() > 0.0 && !kept.iter().any(is_same) {
+            kept.push(face);
+        }
+    }
+    kept
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn tiles_cover_the_photograph_and_overlap_by_half() {
+        let found = tiles([400.0, 200.0], 2);
+        assert_eq!(found.len(), 3);
+        assert_eq!(found[1], Crop { center: [200.0, 100.0], side: 200.0, angle: 0.0 });
+        let found = tiles([400.0, 100.0], 2);
+        assert!(found.iter().all(|tile| tile.center[1] == 50.0), "{found:?}");
+        let found = tiles([300.0, 310.0], 4);
+        assert_eq!(found.len(), 49);
+        assert_eq!(found[0].center, [38.75; 2]);
+        assert!((found[48].center[0] - 261.25).abs() < 1e-9);
+    }
+}
