@@ -30,12 +30,12 @@ impl<'a> Completion<'a> {
     ///
     /// - `colors`: `[texels]`, sRGB, 1.0 for white.
     /// - `known`: `[texels]`, 0 to 1.
-    /// - `hair`: the colour of hair, if any is seen.
+    /// - `scalp`: the colour of the scalp, hair or skin, if it is seen.
     pub fn complete(
         &self,
         colors: Vec<[f32; 3]>,
         known: &[f32],
-        hair: Option<[f32; 3]>,
+        scalp: Option<[f32; 3]>,
     ) -> Vec<[f32; 3]> {
         let size = self.texels.size();
         let Some(tones) = self.tones(&colors, known) else { return colors };
@@ -43,7 +43,7 @@ impl<'a> Completion<'a> {
         let packed: Vec<[f32; 4]> =
             colors.iter().zip(known).map(|(&[r, g, b], &known)| [r, g, b, known]).collect();
         drop(colors);
-        let scalp = self.head.anatomy.area(Area::Scalp);
+        let on_scalp = self.head.anatomy.area(Area::Scalp);
         map_indices(size.texels(), |texel| {
             let [r, g, b, known] = packed[texel];
             let Some(place) = self.texels.place(texel) else { return [0.0; 3] };
@@ -52,9 +52,9 @@ impl<'a> Completion<'a> {
                 (0..3).map(|c| place.weights[c] * tones[corners[c] as usize][k]).sum::<f64>() as f32
             });
             let share: f32 =
-                (0..3).map(|c| place.weights[c] as f32 * scalp[corners[c] as usize]).sum();
+                (0..3).map(|c| place.weights[c] as f32 * on_scalp[corners[c] as usize]).sum();
             let mut filled = tone;
-            if let Some(hair) = hair {
+            if let Some(hair) = scalp {
                 let share = smoothstep(0.3, 0.7, share);
                 filled = std::array::from_fn(|k| filled[k] + (hair[k] - filled[k]) * share);
             }

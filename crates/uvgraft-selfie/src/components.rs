@@ -101,6 +101,7 @@ impl Components {
     }
 
     /// Whether a vertex belongs to an eyeball.
+    #[expect(dead_code, reason = "soon")]
     pub fn is_eye(&self, vertex: u32) -> bool {
         let number = self.of_vertex[vertex as usize];
         self.eyeballs.iter().any(|ball| self.of_vertex[ball.vertices[0] as usize] == number)

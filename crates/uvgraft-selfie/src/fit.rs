@@ -33,6 +33,8 @@ pub struct FittedPhoto {
     pub camera: Camera,
     /// `[vertices]`: the head with the expression of this photograph.
     pub posed: Vec<DVec3>,
+    /// Its landmarks, as given.
+    pub landmarks: Vec<[f64; 3]>,
     /// Median distance of the landmarks from those of `posed`, in pixels.
     pub residual_px: f64,
 }
@@ -51,7 +53,7 @@ const ROUNDS: usize = 4;
 
 /// How far relative depths are believed, as a weight beside 1 for what is seen in the image: the
 /// network guesses them.
-const DEPTH_TRUST: f64 = 0.25;
+const DEPTH_TRUST: f64 = 0.1;
 
 /// The weight of a place that no photograph moves.
 const REST: f64 = 0.02;
@@ -103,7 +105,8 @@ impl Fit {
             let places = places(head, &points, &points, one, &cameras, &[facing]);
             let posed = bent(head, &shaped, EXPRESSION, &hold, &places)?;
             let residual_px = residual(head, &posed, photo, &camera);
-            Some(FittedPhoto { camera, posed, residual_px })
+            let landmarks = photo.points.clone();
+            Some(FittedPhoto { camera, posed, landmarks, residual_px })
         });
         let photos = fitted.collect::<Option<Vec<FittedPhoto>>>()?;
         Some(Self { shaped, photos })

@@ -7,6 +7,7 @@
 #![forbid(unsafe_code)]
 
 pub mod camera;
+mod color_model;
 mod completion;
 mod components;
 pub mod depth_map;
@@ -19,8 +20,10 @@ mod layout_texels;
 pub mod light;
 mod mirror;
 pub mod network;
+mod outline;
 mod projection;
 mod raster;
+mod segmentation;
 mod texture;
 
 pub use self::camera::Camera;

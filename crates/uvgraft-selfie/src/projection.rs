@@ -58,6 +58,8 @@ pub struct Projection {
     pub seen: Vec<f32>,
     /// `[texels]`: the cosine between normal and line of sight, 0 where nothing is seen.
     pub facing: Vec<f32>,
+    /// `[texels]`: where in the photograph each is, in pixels; 0 where nothing is seen.
+    pub px: Vec<[f32; 2]>,
 }
 
 /// Carries a photograph onto a layout.
@@ -120,11 +122,15 @@ pub(crate) fn project(
         let (point, normal) = (at(posed), at(&vertex_normals).normalize_or_zero());
         let cosine = (eye - point).normalize().dot(normal);
         let facing = smoothstep_f64(FACING[0], FACING[1], cosine);
-        Some([(facing * sight.clearness(point)) as f32, cosine.max(0.0) as f32])
+        let [x, y, _] = camera.project(point);
+        let seen = (facing * sight.clearness(point)) as f32;
+        Some([seen, cosine.max(0.0) as f32, x as f32, y as f32])
     };
-    let values = map_indices(texels.size().texels(), |texel| of_texel(texel).unwrap_or([0.0; 2]));
-    let (seen, facing) = values.into_iter().map(|[seen, facing]| (seen, facing)).unzip();
-    Ok(Projection { colors, seen, facing })
+    let values = map_indices(texels.size().texels(), |texel| of_texel(texel).unwrap_or([0.0; 4]));
+    let seen = values.iter().map(|value| value[0]).collect();
+    let facing = values.iter().map(|value| value[1]).collect();
+    let px = values.iter().map(|&[_, _, x, y]| [x, y]).collect();
+    Ok(Projection { colors, seen, facing, px })
 }
 
 /// The part of a photograph around the head.

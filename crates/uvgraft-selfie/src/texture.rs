@@ -5,17 +5,18 @@ use glam::DVec3;
 use uvgraft::easing::smoothstep;
 use uvgraft::labels::{Labeller, Labels};
 use uvgraft::threads::map_indices;
-use uvgraft::{Area, Channels, Encoding, Label, LabelError, Size, Texels, Texture, TextureError};
+use uvgraft::{Area, Channels, Encoding, LabelError, Size, Texels, Texture, TextureError};
 
 use crate::completion::Completion;
-use crate::fit::Fit;
+use crate::fit::{Fit, FittedPhoto};
 use crate::fusion::{Fusion, Layer};
 use crate::head::Head;
 use crate::head_landmarks::normals;
 use crate::layout_texels::LayoutTexels;
 use crate::light::{Light, Relight, SkinSample};
+use crate::outline::FaceOutlines;
 use crate::projection::{Projection, ProjectionError, project};
-use crate::raster::blurred;
+use crate::segmentation::{Evidence, Segmentation};
 
 /// How textures are made.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -74,19 +75,17 @@ pub fn textured(
     let texels = LayoutTexels::new(&head.mesh, options.size);
     let labeller = Labeller::new(&head.mesh)?;
     let mut fusion = Fusion::new(options.size);
-    let mut hair = Vec::new();
+    let mut scalps = Vec::new();
     for index in by_frontality(head, fit) {
         let fitted = &fit.photos[index];
         let seen = project(head, &texels, &photos[index], &fitted.camera, &fitted.posed)?;
-        let posed: Vec<[f32; 3]> = fitted.posed.iter().map(|at| at.as_vec3().to_array()).collect();
-        let normals = normals(&posed, head.mesh.faces());
         let labels = labelled(&labeller, &seen, options.size);
-        let (layer, of_hair) = layer(head, &texels, seen, labels.as_ref(), &normals, options);
+        let (layer, scalp) = layer(head, &texels, seen, labels.as_ref(), fitted, options.relight);
         fusion.add(layer);
-        hair.extend(of_hair);
+        scalps.extend(scalp);
     }
     let (colors, known) = fusion.finish();
-    let completed = Completion::new(head, &texels).complete(colors, &known, median(&hair));
+    let completed = Completion::new(head, &texels).complete(colors, &known, median(&scalps));
     let bytes = |value: f32| (value.clamp(0.0, 1.0) * 255.0 + 0.5) as u8;
     let colors = Texels::U8(completed.iter().flat_map(|color| color.map(bytes)).collect());
     let known = Texels::U8(known.iter().map(|&known| bytes(known)).collect());
@@ -118,113 +117,84 @@ fn labelled(labeller: &Labeller, seen: &Projection, size: Size) -> Option<Labels
     labeller.label(&texture).ok()
 }
 
-/// What a photograph tells of each texel, and the colours of hair in it.
+/// What a photograph tells of each texel, and the colour of the scalp in it.
 fn layer(
     head: &Head,
     texels: &LayoutTexels,
     seen: Projection,
     labels: Option<&Labels>,
-    normals: &[DVec3],
-    options: &TextureOptions,
-) -> (Layer, Vec<[f32; 3]>) {
-    let size = options.size;
+    photo: &FittedPhoto,
+    relight: Relight,
+) -> (Layer, Option<[f32; 3]>) {
+    let posed: Vec<[f32; 3]> = photo.posed.iter().map(|at| at.as_vec3().to_array()).collect();
+    let normals = normals(&posed, head.mesh.faces());
     let normal = |texel: usize| {
         let place = texels.place(texel)?;
         let corners = head.mesh.faces()[place.face as usize];
         let sum: DVec3 = (0..3).map(|k| normals[corners[k] as usize] * place.weights[k]).sum();
         Some(sum.normalize_or_zero())
     };
-    let label = |label: Label, texel: usize| {
-        labels
-            .map_or(f32::from(label == Label::Skin), |labels| labels.at_uv(label, uv(size, texel)))
-    };
-    let wide = |[r, g, b]: [u8; 3]| [r, g, b].map(|value| f32::from(value) / 255.0);
-    let light = light(head, &seen, &normal, &label, &wide);
-    let kept = map_indices(size.texels(), |texel| {
-        if seen.seen[texel] <= 0.0 {
-            return [0.0];
-        }
-        let face: f32 = [Label::Skin, Label::Lip, Label::Brow, Label::Eye]
-            .into_iter()
-            .map(|of_face| label(of_face, texel))
-            .sum();
-        [smoothstep(0.5, 0.9, face)]
-    });
-    // What is beside hair or cloth is mixed with it.
-    let radius = (size.width.max(size.height) as usize / 512).max(1);
-    let around = blurred(size, &kept, radius);
-    let known = (0..size.texels())
-        .map(|texel| seen.seen[texel] * kept[texel][0] * smoothstep(0.5, 0.95, around[texel][0]))
-        .collect();
-    let hair = hair(head, texels, &seen, &label, &wide);
-    let colors = map_indices(size.texels(), |texel| {
-        let color = wide(seen.colors[texel]);
+    let light = light(head, texels, &seen, &normal);
+    let colors = map_indices(seen.seen.len(), |texel| {
+        let color = unit_color(seen.colors[texel]);
         match (&light, normal(texel)) {
             (Some(light), Some(normal)) if seen.seen[texel] > 0.0 => {
-                light.removed(color, normal, options.relight)
+                light.removed(color, normal, relight)
             }
             _ => color,
         }
     });
-    (Layer { colors, known, facing: seen.facing }, hair)
+    let middle = photo.camera.view(DVec3::from(head.anatomy.frame().origin));
+    let evidence = Evidence {
+        head,
+        texels,
+        colors: &colors,
+        seen: &seen.seen,
+        px: &seen.px,
+        outlines: &FaceOutlines::new(&photo.landmarks),
+        unit_px: photo.camera.scale(middle.z) * head.unit(),
+        labels,
+    };
+    let Segmentation { face, scalp } = evidence.segment();
+    let known = seen.seen.iter().zip(face).map(|(seen, face)| seen * face).collect();
+    (Layer { colors, known, facing: seen.facing }, scalp)
 }
 
-fn uv(size: Size, texel: usize) -> [f64; 2] {
-    let width = size.width as usize;
-    [
-        ((texel % width) as f64 + 0.5) / f64::from(size.width),
-        ((texel / width) as f64 + 0.5) / f64::from(size.height),
-    ]
+fn unit_color(color: [u8; 3]) -> [f32; 3] {
+    color.map(|value| f32::from(value) / 255.0)
 }
 
+/// The light on plain skin.
 fn light(
-    head: &Head,
-    seen: &Projection,
-    normal: &impl Fn(usize) -> Option<DVec3>,
-    label: &impl Fn(Label, usize) -> f32,
-    wide: &impl Fn([u8; 3]) -> [f32; 3],
-) -> Option<Light> {
-    const SAMPLES: usize = 20_000;
-    let clear: Vec<usize> = (0..seen.seen.len()).filter(|&at| seen.seen[at] > 0.3).collect();
-    let step = clear.len().div_ceil(SAMPLES).max(1);
-    let samples: Vec<SkinSample> = clear
-        .into_iter()
-        .step_by(step)
-        .filter(|&texel| label(Label::Skin, texel) > 0.8)
-        .filter_map(|texel| {
-            let weight = f64::from(seen.seen[texel]);
-            Some(SkinSample { normal: normal(texel)?, color: wide(seen.colors[texel]), weight })
-        })
-        .collect();
-    Light::of_skin(&samples, DVec3::from(head.anatomy.frame().axes[2]))
-}
-
-/// Colours of the hair of the head that is seen clearly.
-fn hair(
     head: &Head,
     texels: &LayoutTexels,
     seen: &Projection,
-    label: &impl Fn(Label, usize) -> f32,
-    wide: &impl Fn([u8; 3]) -> [f32; 3],
-) -> Vec<[f32; 3]> {
-    const STEP: usize = 7;
-    let scalp = head.anatomy.area(Area::Scalp);
-    let is_scalp = |texel: usize| {
-        texels.face(texel).is_some_and(|face| {
-            head.mesh.faces()[face as usize].iter().all(|&vertex| scalp[vertex as usize] > 0.5)
+    normal: &impl Fn(usize) -> Option<DVec3>,
+) -> Option<Light> {
+    const SAMPLES: usize = 20_000;
+    const PLAIN: [Area; 5] = [Area::Cheeks, Area::Forehead, Area::Nose, Area::Jaw, Area::Neck];
+    let is_plain = |face: &[u32; 3]| {
+        face.iter().all(|&vertex| {
+            PLAIN.iter().any(|&area| head.anatomy.area(area)[vertex as usize] > 0.5)
         })
     };
-    (0..seen.seen.len())
-        .step_by(STEP)
-        .filter(|&at| seen.seen[at] > 0.4 && label(Label::Hair, at) > 0.7 && is_scalp(at))
-        .map(|texel| wide(seen.colors[texel]))
-        .collect()
+    let plain: Vec<bool> = head.mesh.faces().iter().map(is_plain).collect();
+    let is_sample = |&texel: &usize| {
+        seen.seen[texel] > 0.3 && texels.face(texel).is_some_and(|face| plain[face as usize])
+    };
+    let clear: Vec<usize> = (0..seen.seen.len()).filter(is_sample).collect();
+    let step = clear.len().div_ceil(SAMPLES).max(1);
+    let sample = |texel: usize| {
+        let color = unit_color(seen.colors[texel]);
+        Some(SkinSample { normal: normal(texel)?, color, weight: seen.seen[texel].into() })
+    };
+    let samples: Vec<SkinSample> = clear.into_iter().step_by(step).filter_map(sample).collect();
+    Light::of_skin(&samples, DVec3::from(head.anatomy.frame().axes[2]))
 }
 
-/// The median of each channel; `None` of too few.
+/// The median of each channel; `None` of none.
 fn median(colors: &[[f32; 3]]) -> Option<[f32; 3]> {
-    const FEWEST: usize = 100;
-    (colors.len() >= FEWEST).then(|| {
+    (!colors.is_empty()).then(|| {
         std::array::from_fn(|k| {
             let mut values: Vec<f32> = colors.iter().map(|color| color[k]).collect();
             let middle = values.len() / 2;

@@ -2,6 +2,7 @@
 
 mod delta_e;
 
+pub use crate::labels::lab;
 pub use self::delta_e::delta_e;
 
 /// How a texture's values are encoded, which decides whether they may be colour-converted.

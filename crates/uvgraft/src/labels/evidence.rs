@@ -150,7 +150,7 @@ fn distance(a: [f32; 3], b: [f32; 3]) -> f32 {
 }
 
 /// CIELAB of an sRGB colour as stored.
-pub(crate) fn lab(rgb: [f32; 3]) -> [f32; 3] {
+pub fn lab(rgb: [f32; 3]) -> [f32; 3] {
     lab_by(rgb, linear_from_srgb, root)
 }
 

@@ -24,7 +24,7 @@ use crate::color::Encoding;
 use crate::mesh::Mesh;
 use crate::texture::{Channels, Size, Texels, Texture};
 pub(crate) use body::{BodyLayout, body_skin};
-pub(crate) use evidence::lab;
+pub use evidence::lab;
 pub(crate) use head::HeadLayout;
 
 /// What a texel shows.

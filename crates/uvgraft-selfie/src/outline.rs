@@ -1,0 +1,88 @@
+//! Outlines of the parts of a face in a photograph, from its landmarks.
+
+use crate::landmarks::regions::{
+    LEFT_BROW, LEFT_EYE, LIPS_INNER, LIPS_OUTER, RIGHT_BROW, RIGHT_EYE,
+};
+
+/// A closed line in a photograph, in pixels.
+#[derive(Debug, Clone)]
+pub(crate) struct Outline {
+    points: Vec<[f64; 2]>,
+    bounds: [f64; 4],
+}
+
+impl Outline {
+    fn new(landmarks: &[[f64; 3]], indices: &[usize]) -> Self {
+        let points: Vec<[f64; 2]> = indices
+            .iter()
+            .filter_map(|&index| landmarks.get(index))
+            .map(|&[x, y, _]| [x, y])
+            .collect();
+        let mut bounds = [f64::INFINITY, f64::INFINITY, f64::NEG_INFINITY, f64::NEG_INFINITY];
+        for &[x, y] in &points {
+            bounds =
+                [bounds[0].min(x), bounds[1].min(y), bounds[2].max(x), bounds[3].max(y)];
+        }
+        Self { points, bounds }
+    }
+
+    /// How far a pixel is inside (positive) or outside, up to `reach`; farther out it is `-reach`.
+    pub fn depth(&self, [x, y]: [f64; 2], reach: f64) -> f64 {
+        let [left, top, right, bottom] = self.bounds;
+        if x < left - reach || x > right + reach || y < top - reach || y > bottom + reach {
+            return -reach;
+        }
+        let mut is_inside = false;
+        let mut nearest = f64::INFINITY;
+        for (k, &[ax, ay]) in self.points.iter().enumerate() {
+            let [bx, by] = self.points[(k + 1) % self.points.len()];
+            let (dx, dy) = (bx - ax, by - ay);
+            let along = ((x - ax) * dx + (y - ay) * dy) / (dx * dx + dy * dy).max(1e-12);
+            let along = along.clamp(0.0, 1.0);
+            nearest = nearest.min((ax + along * dx - x).hypot(ay + along * dy - y));
+            // A ray to the right crosses the edge.
+            if (ay > y) != (by > y) && x < ax + (y - ay) / dy * dx {
+                is_inside = !is_inside;
+            }
+        }
+        if is_inside { nearest } else { (-nearest).max(-reach) }
+    }
+}
+
+/// The parts of a face that are neither skin nor hair.
+#[derive(Debug, Clone)]
+pub(crate) struct FaceOutlines {
+    pub eyes: [Outline; 2],
+    pub brows: [Outline; 2],
+    pub lips: Outline,
+    /// The opening between the lips.
+    pub mouth: Outline,
+}
+
+impl FaceOutlines {
+    /// - `landmarks`: 468 points in pixels.
+    pub fn new(landmarks: &[[f64; 3]]) -> Self {
+        let outline = |indices: &[usize]| Outline::new(landmarks, indices);
+        Self {
+            eyes: [outline(&LEFT_EYE), outline(&RIGHT_EYE)],
+            brows: [outline(&LEFT_BROW), outline(&RIGHT_BROW)],
+            lips: outline(&LIPS_OUTER),
+            mouth: outline(&LIPS_INNER),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn depth_is_the_signed_distance_from_a_square() {
+        let square = [[0.0, 0.0, 0.0], [4.0, 0.0, 0.0], [4.0, 4.0, 0.0], [0.0, 4.0, 0.0]];
+        let outline = Outline::new(&square, &[0, 1, 2, 3]);
+        assert_eq!(outline.depth([2.0, 1.0], 9.0), 1.0);
+        assert_eq!(outline.depth([-3.0, 2.0], 9.0), -3.0);
+        assert_eq!(outline.depth([7.0, 8.0], 9.0), -5.0);
+        assert_eq!(outline.depth([-3.0, 2.0], 2.0), -2.0);
+    }
+}

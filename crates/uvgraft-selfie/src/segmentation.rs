@@ -1,0 +1,157 @@
+//! What of a photograph on a head's layout is the face: not hair, cloth, glasses, the inside of the
+//! mouth or the background.
+//!
+//! Where a texel lies decides first: cheeks and nose are the face unless their colour is far from
+//! skin; ears, forehead and neck are it only where their colour is nearer to skin than to the hair
+//! that is seen on the scalp. The parts that landmarks outline (brows, eyes, lips) are what they
+//! are, whatever their colour.
+
+use uvgraft::easing::smoothstep;
+use uvgraft::threads::map_indices;
+use uvgraft::{Area, Label, Labels};
+
+use crate::color_model::ColorModel;
+use crate::head::Head;
+use crate::layout_texels::LayoutTexels;
+use crate::outline::FaceOutlines;
+use crate::raster::blurred;
+
+/// What is known of the texels of a photograph.
+pub(crate) struct Evidence<'a> {
+    pub head: &'a Head,
+    pub texels: &'a LayoutTexels,
+    /// `[texels]`, sRGB, 1.0 for white, with the light taken out as far as possible.
+    pub colors: &'a [[f32; 3]],
+    /// `[texels]`: how well each is seen, 0 to 1.
+    pub seen: &'a [f32],
+    /// `[texels]`: where in the photograph it is seen, in pixels.
+    pub px: &'a [[f32; 2]],
+    pub outlines: &'a FaceOutlines,
+    /// Distance between the eyes in the photograph, in pixels.
+    pub unit_px: f64,
+    pub labels: Option<&'a Labels>,
+}
+
+/// The result.
+pub(crate) struct Segmentation {
+    /// `[texels]`: how far each is the face, 0 to 1.
+    pub face: Vec<f32>,
+    /// The colour on the scalp, hair or skin, if it is seen.
+    pub scalp: Option<[f32; 3]>,
+}
+
+/// Distances from skin, in standard deviations, up to which texels are skin: where skin is certain
+/// by place, and elsewhere; and those at which they are not.
+const CERTAIN: [f32; 2] = [6.0, 9.0];
+const DOUBTFUL: [f32; 2] = [2.6, 3.8];
+
+impl Evidence<'_> {
+    /// Separates the face from everything else.
+    pub fn segment(&self) -> Segmentation {
+        let skin = ColorModel::new(&self.samples(&[Area::Cheeks, Area::Nose], 0.6, 0.5));
+        let on_scalp = ColorModel::new(&self.samples(&[Area::Scalp], 0.9, 0.35));
+        let size = self.texels.size();
+        let scalp = on_scalp.as_ref().map(|model| model.color);
+        let Some(skin) = skin else {
+            return Segmentation { face: self.seen.to_vec(), scalp };
+        };
+        // A bald head's scalp is no hair.
+        let hair = on_scalp.filter(|hair| skin.distance(hair.color) > 2.5);
+        let raw = map_indices(size.texels(), |texel| {
+            if self.seen[texel] > 0.0 { [self.share(texel, &skin, hair.as_ref())] } else { [0.0] }
+        });
+        // What is beside hair or cloth is mixed with it.
+        let radius = (size.width.max(size.height) as usize / 700).max(1);
+        let around = blurred(size, &raw, radius);
+        let face = raw.iter().zip(around);
+        let face = face.map(|(raw, around)| raw[0] * smoothstep(0.45, 0.9, around[0])).collect();
+        Segmentation { face, scalp }
+    }
+
+    /// How far a texel is the face.
+    fn share(&self, texel: usize, skin: &ColorModel, hair: Option<&ColorModel>) -> f32 {
+        let px = self.px[texel].map(f64::from);
+        let unit = self.unit_px;
+        let depth = |outline: &crate::outline::Outline, reach: f64| {
+            (outline.depth(px, reach * unit) / unit) as f32
+        };
+        // Teeth and the dark between the lips.
+        let opening = smoothstep(-0.03, 0.0, depth(&self.outlines.mouth, 0.1));
+        if opening >= 1.0 {
+            return 0.0;
+        }
+        let inside = self.at(Area::MouthInterior, texel);
+        let outlined = [
+            smoothstep(-0.06, 0.0, depth(&self.outlines.lips, 0.1)),
+            smoothstep(-0.1, -0.02, depth(&self.outlines.brows[0], 0.15)),
+            smoothstep(-0.1, -0.02, depth(&self.outlines.brows[1], 0.15)),
+            smoothstep(-0.12, -0.02, depth(&self.outlines.eyes[0], 0.15)),
+            smoothstep(-0.12, -0.02, depth(&self.outlines.eyes[1], 0.15)),
+        ];
+        let outlined = outlined.into_iter().fold(0.0, f32::max);
+        let certain = [Area::Cheeks, Area::Nose, Area::EyeSockets, Area::Jaw, Area::Lips]
+            .into_iter()
+            .map(|area| self.at(area, texel))
+            .fold(0.0, f32::max);
+        let scalp = self.at(Area::Scalp, texel);
+        let color = self.colors[texel];
+        let distance = skin.distance(color) as f32;
+        let is_near = |[near, far]: [f32; 2]| 1.0 - smoothstep(near, far, distance);
+        // Beards and shadows are the face.
+        let by_place = is_near(CERTAIN).max(smoothstep(0.5, 0.9, self.at(Area::Jaw, texel)));
+        let like_skin = hair.map_or(1.0, |hair| {
+            smoothstep(-0.3, 1.0, hair.distance(color) as f32 - distance)
+        });
+        let by_color = is_near(DOUBTFUL) * like_skin * (1.0 - smoothstep(0.1, 0.4, scalp));
+        let by_label = self.labels.map_or(1.0, |labels| {
+            let uv = self.uv(texel);
+            let other = labels.at_uv(Label::Cloth, uv).max(labels.at_uv(Label::Hair, uv));
+            1.0 - smoothstep(0.2, 0.6, other)
+        });
+        let by_color = by_color * by_label;
+        let certain = smoothstep(0.3, 0.8, certain);
+        let share = by_color + (by_place - by_color) * certain;
+        share.max(outlined) * (1.0 - opening) * (1.0 - smoothstep(0.3, 0.7, inside))
+    }
+
+    fn uv(&self, texel: usize) -> [f64; 2] {
+        let size = self.texels.size();
+        let width = size.width as usize;
+        [
+            ((texel % width) as f64 + 0.5) / f64::from(size.width),
+            ((texel / width) as f64 + 0.5) / f64::from(size.height),
+        ]
+    }
+
+    /// An area's weight at a texel.
+    fn at(&self, area: Area, texel: usize) -> f32 {
+        let Some(place) = self.texels.place(texel) else { return 0.0 };
+        let weights = self.head.anatomy.area(area);
+        let corners = self.head.mesh.faces()[place.face as usize];
+        (0..3).map(|k| place.weights[k] as f32 * weights[corners[k] as usize]).sum()
+    }
+
+    /// Colours where one of some areas is certain and seen well.
+    fn samples(&self, areas: &[Area], certain: f32, seen: f32) -> Vec<[f32; 3]> {
+        const MOST: usize = 6000;
+        let faces: Vec<bool> = self
+            .head
+            .mesh
+            .faces()
+            .iter()
+            .map(|face| {
+                areas.iter().any(|&area| {
+                    let weights = self.head.anatomy.area(area);
+                    face.iter().all(|&vertex| weights[vertex as usize] >= certain)
+                })
+            })
+            .collect();
+        let is_sample = |&texel: &usize| {
+            self.seen[texel] >= seen
+                && self.texels.face(texel).is_some_and(|face| faces[face as usize])
+        };
+        let found: Vec<usize> = (0..self.seen.len()).filter(is_sample).collect();
+        let step = found.len().div_ceil(MOST).max(1);
+        found.into_iter().step_by(step).map(|texel| self.colors[texel]).collect()
+    }
+}
