@@ -29,13 +29,14 @@ pub(super) fn read(folder: &Path) -> Result<Vec<TrackedFrame>, ReadTrackingError
     let mut shape = Shared::default();
     for (path, subset) in transforms::files(folder) {
         let file = transforms::read(&path)?;
+        let shared = file.optics();
         let found = frames.len() + file.frames.0.len();
         if found > MAX_FRAMES {
             let reason = TrackingError::TooMany { what: "frames", most: MAX_FRAMES, found };
             return Err(ReadError::Content { path, reason });
         }
         for (index, frame) in file.frames.0.iter().enumerate() {
-            let found = Found::of(folder, index, frame, &file.shared).map_err(|reason| {
+            let found = Found::of(folder, index, frame, &shared).map_err(|reason| {
                 let reason = reason.in_frame(index);
                 ReadError::Content { path: path.clone(), reason }
             })?;
@@ -71,7 +72,7 @@ impl Found {
             image: path("file_path", &frame.file_path)?,
             mesh: mesh.and_then(optional),
             expression: path("exp_path", expression)?,
-            camera: pose.camera(&frame.own.intrinsics(shared)?)?,
+            camera: pose.camera(&frame.optics().intrinsics(shared)?)?,
         })
     }
 

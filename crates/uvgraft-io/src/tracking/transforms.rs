@@ -6,7 +6,6 @@
 use std::path::{Path, PathBuf};
 
 use serde::Deserialize;
-use uvgraft::texture::Size;
 
 use super::camera::{Intrinsics, size};
 use super::error::{ReadTrackingError, TrackingError};
@@ -17,11 +16,20 @@ use super::{Subset, Tracker};
 const WANTED: &str = "a tracked data set (transforms.json)";
 
 /// A file. Values that all frames share are beside them.
+///
+/// The optical values are listed twice, because `serde(flatten)` would keep every other value of a
+/// damaged file in memory.
 #[derive(Debug, Deserialize)]
 pub(super) struct Transforms {
     pub(super) frames: Frames<Frame>,
-    #[serde(flatten)]
-    pub(super) shared: Optics,
+    w: Option<f64>,
+    h: Option<f64>,
+    fl_x: Option<f64>,
+    fl_y: Option<f64>,
+    cx: Option<f64>,
+    cy: Option<f64>,
+    camera_angle_x: Option<f64>,
+    camera_angle_y: Option<f64>,
 }
 
 #[derive(Debug, Deserialize)]
@@ -35,13 +43,6 @@ pub(super) struct Frame {
     pub(super) flame_param_path: Option<String>,
     pub(super) mesh_path: Option<String>,
     pub(super) exp_path: Option<String>,
-    #[serde(flatten)]
-    pub(super) own: Optics,
-}
-
-/// The intrinsic parameters of a file or of one of its frames.
-#[derive(Debug, Clone, Copy, Default, Deserialize)]
-pub(super) struct Optics {
     w: Option<f64>,
     h: Option<f64>,
     fl_x: Option<f64>,
@@ -52,6 +53,39 @@ pub(super) struct Optics {
     camera_angle_y: Option<f64>,
 }
 
+/// The intrinsic parameters of a file or of one of its frames.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Optics {
+    size: [Option<f64>; 2],
+    focal: [Option<f64>; 2],
+    center: [Option<f64>; 2],
+    angles: [Option<f64>; 2],
+}
+
+impl Transforms {
+    pub(super) const fn optics(&self) -> Optics {
+        let Self { w, h, fl_x, fl_y, cx, cy, camera_angle_x, camera_angle_y, .. } = *self;
+        Optics {
+            size: [w, h],
+            focal: [fl_x, fl_y],
+            center: [cx, cy],
+            angles: [camera_angle_x, camera_angle_y],
+        }
+    }
+}
+
+impl Frame {
+    pub(super) const fn optics(&self) -> Optics {
+        let Self { w, h, fl_x, fl_y, cx, cy, camera_angle_x, camera_angle_y, .. } = *self;
+        Optics {
+            size: [w, h],
+            focal: [fl_x, fl_y],
+            center: [cx, cy],
+            angles: [camera_angle_x, camera_angle_y],
+        }
+    }
+}
+
 impl Optics {
     /// The parameters in pixels. Without a focal length it follows from the field of view, and
     /// without a principal point it is the centre of the image.
@@ -59,21 +93,19 @@ impl Optics {
     /// - `shared`: for what the frame lacks.
     pub(super) fn intrinsics(&self, shared: &Self) -> Result<Intrinsics, TrackingError> {
         let missing = |name| TrackingError::value(name, "a number", "nothing");
-        let w = self.w.or(shared.w).ok_or_else(|| missing("w"))?;
-        let h = self.h.or(shared.h).ok_or_else(|| missing("h"))?;
+        let [w, h] = [0, 1].map(|axis| self.size[axis].or(shared.size[axis]));
+        let (w, h) = (w.ok_or_else(|| missing("w"))?, h.ok_or_else(|| missing("h"))?);
         let size = size(w, h)?;
         let focal = |of: &Self| {
             let by_angle = |side: f64, angle: Option<f64>| Some(side / 2.0 / (angle? / 2.0).tan());
-            let x = of.fl_x.or_else(|| by_angle(w, of.camera_angle_x));
-            let y = of.fl_y.or_else(|| by_angle(h, of.camera_angle_y));
+            let x = of.focal[0].or_else(|| by_angle(w, of.angles[0]));
+            let y = of.focal[1].or_else(|| by_angle(h, of.angles[1]));
             Some([x.or(y)?, y.or(x)?])
         };
         let focal = focal(self).or_else(|| focal(shared)).ok_or_else(|| missing("fl_x"))?;
-        let Size { width, height } = size;
-        let center = [
-            self.cx.or(shared.cx).unwrap_or_else(|| f64::from(width) / 2.0),
-            self.cy.or(shared.cy).unwrap_or_else(|| f64::from(height) / 2.0),
-        ];
+        let center = [(0, size.width), (1, size.height)].map(|(axis, side)| {
+            self.center[axis].or(shared.center[axis]).unwrap_or(f64::from(side) / 2.0)
+        });
         Ok(Intrinsics { focal, center, size })
     }
 }

@@ -41,6 +41,7 @@ pub(super) fn read(folder: &Path) -> Result<Vec<TrackedFrame>, ReadTrackingError
     let mut heads = Heads::default();
     for (path, subset) in transforms::files(folder) {
         let file = transforms::read(&path)?;
+        let shared = file.optics();
         let found = frames.len() + file.frames.0.len();
         if found > MAX_FRAMES {
             let reason = TrackingError::TooMany { what: "frames", most: MAX_FRAMES, found };
@@ -51,7 +52,7 @@ pub(super) fn read(folder: &Path) -> Result<Vec<TrackedFrame>, ReadTrackingError
                 let reason = reason.in_frame(index);
                 ReadError::Content { path: path.clone(), reason }
             };
-            let found = Found::of(folder, index, &frame, &file.shared).map_err(content)?;
+            let found = Found::of(folder, index, &frame, &shared).map_err(content)?;
             let flame = heads.read(&found.parameters)?;
             frames.push(found.frame(frame, subset, flame)?);
         }
@@ -103,7 +104,7 @@ impl Found {
             timestep: frame
                 .timestep_index
                 .unwrap_or_else(|| u32::try_from(index).unwrap_or(u32::MAX)),
-            camera: pose.with_axes(OPENGL).camera(&frame.own.intrinsics(shared)?)?,
+            camera: pose.with_axes(OPENGL).camera(&frame.optics().intrinsics(shared)?)?,
         })
     }
 
@@ -115,8 +116,9 @@ impl Found {
     ) -> Result<TrackedFrame, ReadTrackingError> {
         let Self { image, mask, mesh, timestep, camera, .. } = self;
         let Frame { camera_id, camera_index, .. } = frame;
-        let camera_id = camera_id.unwrap_or(Name::Number(camera_index.unwrap_or(0).into()));
-        let (image, camera_id) = (existing(image)?, camera_id.to_string());
+        let numbered = || camera_index.unwrap_or(0).to_string();
+        let camera_id = camera_id.map_or_else(numbered, |Name(name)| name);
+        let image = existing(image)?;
         Ok(TrackedFrame { image, mask, mesh, camera_id, timestep, subset, camera, flame })
     }
 }
