@@ -69,7 +69,7 @@ fn along_z() -> Value {
     json!([[1.0, 0.0, 0.0, 0.0], [0.0, 1.0, 0.0, 0.0], [0.0, 0.0, 1.0, 1.0], [0.0, 0.0, 0.0, 1.0]])
 }
 
-fn vhap_frame(timestep: u32, camera: (u32, Value), matrix: Value) -> Value {
+fn vhap_frame(timestep: u32, camera: (u32, Value), matrix: &Value) -> Value {
     let (index, id) = camera;
     let name = format!("{timestep:05}_{index:02}.png");
     json!({
@@ -85,8 +85,8 @@ fn vhap_frame(timestep: u32, camera: (u32, Value), matrix: Value) -> Value {
 fn vhap_folder(folder: &Path) -> Value {
     let frames: Vec<Value> = [(1, 0), (1, 1), (0, 0), (0, 1)]
         .map(|(timestep, camera)| match camera {
-            0 => vhap_frame(timestep, (0, json!("222200042")), along_x()),
-            _ => vhap_frame(timestep, (1, json!(222_200_043)), along_z()),
+            0 => vhap_frame(timestep, (0, json!("222200042")), &along_x()),
+            _ => vhap_frame(timestep, (1, json!(222_200_043)), &along_z()),
         })
         .into();
     for frame in &frames {

@@ -31,8 +31,8 @@ const MAX_BYTES: u64 = 1 << 26;
 /// The error for VHAP's own output, which has no images.
 pub(super) fn not_exported(folder: &Path) -> Option<TrackingError> {
     let files = files_with(folder, "npz").ok()?;
-    let names = files.iter().filter_map(|path| path.file_name()?.to_str());
-    let found = names.filter(|name| name.starts_with("tracked_flame_params")).last()?.to_owned();
+    let mut names = files.iter().rev().filter_map(|path| path.file_name()?.to_str());
+    let found = names.find(|name| name.starts_with("tracked_flame_params"))?.to_owned();
     Some(TrackingError::NotExported { found })
 }
 
