@@ -1,7 +1,7 @@
 //! Readers and writers of files: meshes (OBJ, PLY, SMPL-family models), vertex maps, lists and
 //! groups, tables of correspondences, images, pair files, sampling maps as arrays, arrays by name
-//! (NPZ, pickles, torch files), FATE's textures, networks that find faces, and LPIPS weights
-//! (feature `lpips`).
+//! (NPZ, pickles, torch files), FATE's textures, tracked videos of heads, networks that find faces,
+//! and LPIPS weights (feature `lpips`).
 //!
 //! Every reader takes bytes, with a path helper on top; every writer goes through [`output`], which
 //! leaves either the old or the new file, never a partial one.
@@ -30,6 +30,7 @@ pub mod ply;
 pub mod sampling_map;
 pub mod tflite;
 pub mod torch;
+pub mod tracking;
 pub mod vertex_groups;
 pub mod vertex_list;
 pub mod vertex_map;

@@ -35,8 +35,7 @@ impl ColorModel {
         let center = Vector3::from_fn(|k, _| median(&mut points.iter().map(|point| point[k])));
         let color =
             [0, 1, 2].map(|k| median(&mut samples.iter().map(|color| f64::from(color[k]))) as f32);
-        let tolerance =
-            Matrix3::from_diagonal(&Vector3::from_fn(|k, _| TOLERANCE[k].powi(2)));
+        let tolerance = Matrix3::from_diagonal(&Vector3::from_fn(|k, _| TOLERANCE[k].powi(2)));
         let mut model = Self { center, whitening: whitening(tolerance * 4.0)?, color };
         for _ in 0..ROUNDS {
             let mut total = 1e-9;

@@ -6,6 +6,7 @@ use uvgraft::{Anatomy, AnatomyError, Mesh, Texture};
 
 use crate::components::Components;
 use crate::head_landmarks::{self, HeadLandmark, HeadLandmarkError};
+use crate::landmarks::CanonicalFace;
 
 /// Why a mesh is not a head for photographs.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
@@ -26,28 +27,32 @@ pub struct Head {
     pub(crate) anatomy: Anatomy,
     pub(crate) components: Components,
     pub(crate) landmarks: Vec<HeadLandmark>,
+    /// The landmarks of the average face, in centimetres: x to its left, y up, z forwards.
+    pub(crate) canonical: Vec<DVec3>,
     pub(crate) field: SurfaceField,
 }
 
 impl Head {
     /// Prepares a head, a bust or a whole body.
     ///
-    /// - `detect`: finds the landmarks in a picture, `[x, y, z]` in pixels each, always as many as
-    ///   `mates`.
-    /// - `mates`: for each landmark, that of the other side of the face; itself on the midline.
+    /// - `canonical`: the face whose vertices are the landmarks.
+    /// - `detect`: finds the landmarks in a picture, `[x, y, z]` in pixels each, as many as
+    ///   `canonical` has; `None` if there is no face.
     ///
     /// # Errors
     /// [`HeadError`] if the mesh has no head, or no face is found in drawings of it.
     pub fn new(
         mesh: Mesh,
-        mates: &[usize],
+        canonical: &CanonicalFace,
         detect: &(dyn Fn(&Texture) -> Option<Vec<[f64; 3]>> + Sync),
     ) -> Result<Self, HeadError> {
         let anatomy = Anatomy::find(&mesh)?;
         let components = Components::new(&mesh, &anatomy);
-        let landmarks = head_landmarks::find(&mesh, &anatomy, &components, mates, detect)?;
+        let landmarks =
+            head_landmarks::find(&mesh, &anatomy, &components, &canonical.mates, detect)?;
+        let canonical = canonical.positions.iter().map(|&at| DVec3::from(at)).collect();
         let field = SurfaceField::new(&mesh, anatomy.frame().unit);
-        Ok(Self { mesh, anatomy, components, landmarks, field })
+        Ok(Self { mesh, anatomy, components, landmarks, canonical, field })
     }
 
     /// The mesh, at rest.

@@ -99,9 +99,8 @@ impl Evidence<'_> {
         let is_near = |[near, far]: [f32; 2]| 1.0 - smoothstep(near, far, distance);
         // Beards and shadows are the face.
         let by_place = is_near(CERTAIN).max(smoothstep(0.5, 0.9, self.at(Area::Jaw, texel)));
-        let like_skin = hair.map_or(1.0, |hair| {
-            smoothstep(-0.3, 1.0, hair.distance(color) as f32 - distance)
-        });
+        let like_skin =
+            hair.map_or(1.0, |hair| smoothstep(-0.3, 1.0, hair.distance(color) as f32 - distance));
         let by_color = is_near(DOUBTFUL) * like_skin * (1.0 - smoothstep(0.1, 0.4, scalp));
         let by_label = self.labels.map_or(1.0, |labels| {
             let uv = self.uv(texel);

@@ -174,9 +174,8 @@ fn light(
     const SAMPLES: usize = 20_000;
     const PLAIN: [Area; 5] = [Area::Cheeks, Area::Forehead, Area::Nose, Area::Jaw, Area::Neck];
     let is_plain = |face: &[u32; 3]| {
-        face.iter().all(|&vertex| {
-            PLAIN.iter().any(|&area| head.anatomy.area(area)[vertex as usize] > 0.5)
-        })
+        face.iter()
+            .all(|&vertex| PLAIN.iter().any(|&area| head.anatomy.area(area)[vertex as usize] > 0.5))
     };
     let plain: Vec<bool> = head.mesh.faces().iter().map(is_plain).collect();
     let is_sample = |&texel: &usize| {

@@ -18,6 +18,7 @@ use uvgraft::color::Encoding;
 use uvgraft::texture::{Channels, Depth, Size, Texels};
 
 use super::convert::{Source, premultiply, unpremultiply};
+use super::exif::FocalLength;
 use super::header::{StoredHeader, check_bytes, check_size};
 use super::orientation::Orientation;
 use super::{Decoded, EncodeError, Format, ImageError, Loss};
@@ -90,7 +91,13 @@ fn layout(headers: &[Header]) -> Result<ChannelLayout, ImageError> {
         i64::from(data.position.1) - i64::from(display.position.1),
     ];
     let orientation = Orientation::default();
-    let header = StoredHeader { size, channels, depth: Depth::F32, orientation };
+    let header = StoredHeader {
+        size,
+        channels,
+        depth: Depth::F32,
+        orientation,
+        focal: FocalLength::default(),
+    };
     Ok(ChannelLayout { header, sources, stored, offset })
 }
 

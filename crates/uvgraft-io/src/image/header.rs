@@ -3,6 +3,7 @@
 use uvgraft::color::Encoding;
 use uvgraft::texture::{Channels, Depth, Size, TexelFormat, Texture};
 
+use super::exif::FocalLength;
 use super::orientation::Orientation;
 use super::{Format, ImageError};
 
@@ -84,12 +85,13 @@ pub(super) struct StoredHeader {
     pub(super) channels: Channels,
     pub(super) depth: Depth,
     pub(super) orientation: Orientation,
+    pub(super) focal: FocalLength,
 }
 
 impl StoredHeader {
     /// The public part.
     pub(super) fn public(&self, format: Format) -> Header {
-        let Self { size, channels, depth, orientation } = *self;
+        let Self { size, channels, depth, orientation, .. } = *self;
         Header { format, size: orientation.size(size), channels, depth }
     }
 

@@ -12,6 +12,7 @@ use zune_jpeg::zune_core::colorspace::ColorSpace;
 use zune_jpeg::zune_core::options::DecoderOptions;
 
 use super::convert::Source;
+use super::exif::FocalLength;
 use super::header::{StoredHeader, check_size};
 use super::orientation::Orientation;
 use super::{Decoded, EncodeError, Format, ImageError};
@@ -29,6 +30,7 @@ pub(super) fn header(reader: &mut (impl BufRead + Seek)) -> Result<StoredHeader,
     let io = |error| ImageError::from_io(FORMAT, &error);
     let mut frame = None;
     let mut orientation = Orientation::default();
+    let mut focal = FocalLength::default();
     loop {
         let marker = next_marker(reader).map_err(io)?;
         match marker {
@@ -42,6 +44,7 @@ pub(super) fn header(reader: &mut (impl BufRead + Seek)) -> Result<StoredHeader,
         match (marker, &segment[..]) {
             (APP1, [b'E', b'x', b'i', b'f', 0, 0, ..]) => {
                 orientation = Orientation::from_exif(&segment);
+                focal = FocalLength::from_exif(&segment);
             }
             // Every start of a frame, except for the other markers in the range: DHT, JPG and DAC.
             (0xc0..=0xcf, &[bits, h0, h1, w0, w1, components, ..])
@@ -64,7 +67,7 @@ pub(super) fn header(reader: &mut (impl BufRead + Seek)) -> Result<StoredHeader,
         _ => return unsupported(format!("{components} channels of {bits} bits")),
     };
     let size = check_size(FORMAT, (width, height), channels, Depth::U8)?;
-    Ok(StoredHeader { size, channels, depth: Depth::U8, orientation })
+    Ok(StoredHeader { size, channels, depth: Depth::U8, orientation, focal })
 }
 
 pub(super) fn decode(bytes: &[u8]) -> Result<Decoded, ImageError> {

@@ -28,6 +28,7 @@ mod band_reader;
 mod band_writer;
 mod convert;
 mod error;
+mod exif;
 mod exr;
 mod format;
 mod header;
@@ -169,13 +170,7 @@ const MAX_FILE_BYTES: u64 = MAX_BYTES + (1 << 26);
 /// [`ReadError`], with the path, if the file cannot be read or its header is one that [`decode`]
 /// rejects.
 pub fn read_header(path: &Path) -> Result<Header, ReadError> {
-    let bad = |reason| ReadError::Io { path: path.into(), reason };
-    if path.is_dir() {
-        return Err(bad(std::io::Error::other("must be a file, but is a folder")));
-    }
-    let file = File::open(path).map_err(bad)?;
-    header_of(&mut BufReader::new(file))
-        .map_err(|reason| ReadError::Content { path: path.into(), reason })
+    header_of(&mut open(path)?).map_err(|reason| ReadError::Content { path: path.into(), reason })
 }
 
 /// The properties of an image in memory, from its header alone.
@@ -186,8 +181,57 @@ pub fn decode_header(bytes: &[u8]) -> Result<Header, ImageError> {
     header_of(&mut Cursor::new(bytes))
 }
 
+/// The focal length of a photo's camera in pixels of the upright image, by its EXIF data; `None` if
+/// they don't say, or are damaged.
+///
+/// It is that of JPEG, PNG, WebP and TIFF files with the focal length on 35 mm film
+/// (`FocalLengthIn35mmFilm`, taken to have the same diagonal field of view), or with the actual one
+/// and the resolution of the sensor (`FocalLength`, `FocalPlaneXResolution`). The image may have
+/// been scaled, but not cropped.
+///
+/// # Errors
+/// As [`read_header`].
+pub fn read_focal_length_px(path: &Path) -> Result<Option<f64>, ReadError> {
+    focal_length_of(&mut open(path)?)
+        .map_err(|reason| ReadError::Content { path: path.into(), reason })
+}
+
+/// The focal length of a photo in memory; see [`read_focal_length_px`].
+///
+/// # Errors
+/// As [`decode_header`].
+pub fn decode_focal_length_px(bytes: &[u8]) -> Result<Option<f64>, ImageError> {
+    focal_length_of(&mut Cursor::new(bytes))
+}
+
+fn focal_length_of(reader: &mut (impl BufRead + Seek)) -> Result<Option<f64>, ImageError> {
+    let (format, header) = stored_header_of(reader)?;
+    let focal = if format == Format::Tiff {
+        reader.rewind().map_err(|error| ImageError::damaged(format, error))?;
+        tiff::focal_length(reader)
+    } else {
+        header.focal
+    };
+    Ok(focal.pixels(header.orientation.size(header.size)))
+}
+
+fn open(path: &Path) -> Result<BufReader<File>, ReadError> {
+    let bad = |reason| ReadError::Io { path: path.into(), reason };
+    if path.is_dir() {
+        return Err(bad(std::io::Error::other("must be a file, but is a folder")));
+    }
+    File::open(path).map(BufReader::new).map_err(bad)
+}
+
 /// Reads the header from `reader`, and rejects images that are too large.
 fn header_of(reader: &mut (impl BufRead + Seek)) -> Result<Header, ImageError> {
+    let (format, stored) = stored_header_of(reader)?;
+    Ok(stored.public(format))
+}
+
+fn stored_header_of(
+    reader: &mut (impl BufRead + Seek),
+) -> Result<(Format, StoredHeader), ImageError> {
     let mut start = Vec::with_capacity(12);
     let io = |error: &_| ImageError::damaged(Format::Png, error);
     while start.len() < 12 {
@@ -208,7 +252,7 @@ fn header_of(reader: &mut (impl BufRead + Seek)) -> Result<Header, ImageError> {
         Format::Tiff => tiff::header(reader),
         Format::Exr => exr::header(reader),
     }?;
-    Ok(stored.public(format))
+    Ok((format, stored))
 }
 
 /// Encodes an image.

@@ -2,6 +2,8 @@
 
 use uvgraft::texture::{Channels, Size, Texels};
 
+use super::exif;
+
 /// A rotation or reflection: a transposition, followed by flips.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub(super) struct Orientation {
@@ -32,7 +34,7 @@ impl Orientation {
     /// Finds the tag in an EXIF block, with or without the prefix `Exif\0\0`. A malformed block is
     /// ignored: the image itself may still be fine.
     pub(super) fn from_exif(exif: &[u8]) -> Self {
-        Self::from_tag(tag_from_exif(exif.strip_prefix(b"Exif\0\0").unwrap_or(exif)).unwrap_or(1))
+        Self::from_tag(exif::orientation(exif).unwrap_or(1))
     }
 
     /// The size of the upright image.
@@ -120,31 +122,6 @@ impl Orientation {
         }
         turned
     }
-}
-
-/// The orientation tag of the first directory of an EXIF block, which is a small TIFF file.
-fn tag_from_exif(exif: &[u8]) -> Option<u64> {
-    const ORIENTATION: u16 = 274;
-    const SHORT: u16 = 3;
-    let big_endian = match exif.first_chunk::<4>()? {
-        b"II*\0" => false,
-        b"MM\0*" => true,
-        _ => return None,
-    };
-    let short = |at: usize| {
-        let bytes = *exif.get(at..)?.first_chunk()?;
-        Some(if big_endian { u16::from_be_bytes(bytes) } else { u16::from_le_bytes(bytes) })
-    };
-    let long = |at: usize| {
-        let bytes = *exif.get(at..)?.first_chunk()?;
-        Some(if big_endian { u32::from_be_bytes(bytes) } else { u32::from_le_bytes(bytes) })
-    };
-    let directory = long(4)? as usize;
-    let entries = usize::from(short(directory)?);
-    let entry = (0..entries)
-        .map_while(|index| directory.checked_add(2 + index * 12))
-        .find(|&entry| short(entry) == Some(ORIENTATION))?;
-    (short(entry + 2)? == SHORT && long(entry + 4)? == 1).then_some(u64::from(short(entry + 8)?))
 }
 
 #[cfg(test)]

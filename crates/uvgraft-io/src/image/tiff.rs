@@ -4,6 +4,7 @@ use std::borrow::Cow;
 use std::io::{BufRead, Cursor, Seek, Write};
 use std::marker::PhantomData;
 
+use ::tiff::decoder::ifd::Value;
 use ::tiff::decoder::{Decoder, DecodingResult, Limits};
 use ::tiff::encoder::colortype::ColorType as EncodedColor;
 use ::tiff::encoder::{Compression, DeflateLevel, Predictor, TiffEncoder, TiffKind, TiffValue};
@@ -12,6 +13,7 @@ use ::tiff::{ColorType, TiffError};
 use uvgraft::texture::{Channels, Depth, Texels};
 
 use super::convert::{AtDepth, Source, unpremultiply};
+use super::exif::{EXIF_DIRECTORY, FocalLength};
 use super::header::{MAX_BYTES, MAX_ICC_BYTES, StoredHeader, check_size};
 use super::orientation::Orientation;
 use super::{Decoded, EncodeError, Format, ImageError};
@@ -28,6 +30,26 @@ struct SampleLayout {
 
 pub(super) fn header(reader: &mut (impl BufRead + Seek)) -> Result<StoredHeader, ImageError> {
     Ok(open(reader)?.1.header)
+}
+
+/// The focal length, which is in a directory of its own. Malformed ones are ignored, as in EXIF
+/// blocks.
+pub(super) fn focal_length(reader: &mut (impl BufRead + Seek)) -> FocalLength {
+    let numbers = || {
+        let mut decoder = Decoder::new(reader).ok()?;
+        let pointer = decoder.find_tag(Tag::from_u16_exhaustive(EXIF_DIRECTORY)).ok()??;
+        let directory = decoder.read_directory(pointer.into_ifd_pointer().ok()?).ok()?;
+        let mut tags = decoder.read_directory_tags(&directory);
+        Some(FocalLength::from_numbers(|tag| {
+            match tags.find_tag(Tag::from_u16_exhaustive(tag)).ok()?? {
+                Value::Short(value) => Some(value.into()),
+                Value::Unsigned(value) => Some(value.into()),
+                Value::Rational(over, under) => Some(f64::from(over) / f64::from(under)),
+                _ => None,
+            }
+        }))
+    };
+    numbers().unwrap_or_default()
 }
 
 fn open<R: BufRead + Seek>(reader: R) -> Result<(Decoder<R>, SampleLayout), ImageError> {
@@ -80,7 +102,8 @@ fn open<R: BufRead + Seek>(reader: R) -> Result<(Decoder<R>, SampleLayout), Imag
     let size = check_size(FORMAT, (width.into(), height.into()), channels, depth)?;
     let tag = decoder.find_tag_unsigned::<u16>(Tag::Orientation).map_err(from_tiff)?;
     let orientation = Orientation::from_tag(tag.unwrap_or(1).into());
-    let header = StoredHeader { size, channels, depth, orientation };
+    let focal = FocalLength::default();
+    let header = StoredHeader { size, channels, depth, orientation, focal };
     let is_premultiplied =
         channels.has_alpha() && extra == Some(ExtraSamples::AssociatedAlpha.to_u16());
     Ok((decoder, SampleLayout { header, bits, is_premultiplied }))

@@ -6,6 +6,7 @@ use image_webp::{ColorType, DecodingError, EncodingError, WebPDecoder, WebPEncod
 use uvgraft::texture::{Channels, Depth, Texels};
 
 use super::convert::Source;
+use super::exif::FocalLength;
 use super::header::{MAX_ICC_BYTES, StoredHeader, check_size};
 use super::orientation::Orientation;
 use super::{Decoded, EncodeError, Format, ImageError};
@@ -28,9 +29,9 @@ fn open<R: BufRead + Seek>(mut reader: R) -> Result<(WebPDecoder<R>, StoredHeade
     let size = check_size(FORMAT, (width.into(), height.into()), channels, Depth::U8)?;
     // Of the chunks read as a whole, only the profile is large.
     decoder.set_memory_limit(4 * MAX_ICC_BYTES);
-    let exif = decoder.exif_metadata().map_err(from_webp)?;
-    let orientation = exif.map_or_else(Orientation::default, |exif| Orientation::from_exif(&exif));
-    Ok((decoder, StoredHeader { size, channels, depth: Depth::U8, orientation }))
+    let exif = decoder.exif_metadata().map_err(from_webp)?.unwrap_or_default();
+    let (orientation, focal) = (Orientation::from_exif(&exif), FocalLength::from_exif(&exif));
+    Ok((decoder, StoredHeader { size, channels, depth: Depth::U8, orientation, focal }))
 }
 
 /// Checks the size in the extended header, because the crate rejects the largest without naming it.

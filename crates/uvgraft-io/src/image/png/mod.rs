@@ -11,6 +11,7 @@ use uvgraft::texture::{Channels, Depth};
 
 pub(super) use self::decode::RowDecoder;
 pub(super) use self::encode::RowEncoder;
+use super::exif::FocalLength;
 use super::header::{StoredHeader, check_size};
 use super::orientation::Orientation;
 use super::{Format, ImageError};
@@ -32,6 +33,7 @@ pub(super) fn header(reader: &mut (impl BufRead + Seek)) -> Result<StoredHeader,
     let depth = if bits == 16 { Depth::U16 } else { Depth::U8 };
     let mut has_alpha = color & 4 != 0;
     let mut orientation = Orientation::default();
+    let mut focal = FocalLength::default();
     loop {
         let mut chunk = [0; 8];
         reader.read_exact(&mut chunk).map_err(io)?;
@@ -45,11 +47,13 @@ pub(super) fn header(reader: &mut (impl BufRead + Seek)) -> Result<StoredHeader,
             }
             b"tRNS" => has_alpha = true,
             b"eXIf" => {
-                // The orientation is near the start; thumbnails after it are irrelevant.
+                // Orientation and focal length are near the start; thumbnails after them are
+                // irrelevant.
                 let mut exif = Vec::new();
                 let taken = reader.take(left.min(1 << 16) as u64).read_to_end(&mut exif);
                 left -= taken.map_err(io)? as i64;
                 orientation = Orientation::from_exif(&exif);
+                focal = FocalLength::from_exif(&exif);
             }
             _ => {}
         }
@@ -59,5 +63,5 @@ pub(super) fn header(reader: &mut (impl BufRead + Seek)) -> Result<StoredHeader,
     let colors = if color & 2 != 0 { Channels::Rgb } else { Channels::Grey };
     let channels = if has_alpha { colors.with_alpha() } else { colors };
     let size = check_size(FORMAT, (width.into(), height.into()), channels, depth)?;
-    Ok(StoredHeader { size, channels, depth, orientation })
+    Ok(StoredHeader { size, channels, depth, orientation, focal })
 }

@@ -1,0 +1,162 @@
+//! Folders that VHAP exports, which GaussianAvatars reads.
+//!
+//! Source: VHAP, `vhap/export_as_nerf_dataset.py` (writes), `vhap/data/nerf_dataset.py` and
+//! GaussianAvatars' `scene/dataset_readers.py` (read), `vhap/combine_nerf_datasets.py` (combines):
+//! - `transform_matrix` leads from the camera to the world, with OpenGL's axes of the camera.
+//! - Intrinsic parameters are pixels, for each frame. The released data of GaussianAvatars has
+//!   `camera_angle_x` instead.
+//! - `flame_param/00000.npz` has arrays with one row: `shape` (without the row), `expr`, `rotation`,
+//!   `neck_pose`, `jaw_pose`, `eyes_pose` (left and right), `translation` and maybe
+//!   `static_offset`. Rotations are axis-angle vectors (`vhap/model/flame.py`); the translation is
+//!   added after posing.
+//! - A frame is a time step (`timestep_index`) seen by a camera (`camera_id`). Frames of the same
+//!   time step share their parameters.
+
+use std::collections::HashMap;
+use std::path::{Path, PathBuf};
+
+use super::camera::{OPENGL, Pose};
+use super::error::{ReadTrackingError, TrackingError};
+use super::flame::{FlameParameters, Shared, fixed, offsets, row};
+use super::json::Name;
+use super::paths::{Reach, existing, files_with, optional, stated};
+use super::transforms::{self, Frame, Optics};
+use super::{MAX_FRAMES, Subset, TrackedFrame};
+use crate::arrays::{self, NamedArrays};
+use crate::input::{ReadError, read_file};
+
+/// Maximum size of a file of parameters. Those with offsets have about 150 kB.
+const MAX_BYTES: u64 = 1 << 26;
+
+/// The error for VHAP's own output, which has no images.
+pub(super) fn not_exported(folder: &Path) -> Option<TrackingError> {
+    let files = files_with(folder, "npz").ok()?;
+    let mut names = files.iter().rev().filter_map(|path| path.file_name()?.to_str());
+    let found = names.find(|name| name.starts_with("tracked_flame_params"))?.to_owned();
+    Some(TrackingError::NotExported { found })
+}
+
+pub(super) fn read(folder: &Path) -> Result<Vec<TrackedFrame>, ReadTrackingError> {
+    let mut frames = Vec::new();
+    let mut heads = Heads::default();
+    for (path, subset) in transforms::files(folder) {
+        let file = transforms::read(&path)?;
+        let shared = file.optics();
+        let found = frames.len() + file.frames.0.len();
+        if found > MAX_FRAMES {
+            let reason = TrackingError::TooMany { what: "frames", most: MAX_FRAMES, found };
+            return Err(ReadError::Content { path, reason });
+        }
+        for (index, frame) in file.frames.0.into_iter().enumerate() {
+            let content = |reason: TrackingError| {
+                let reason = reason.in_frame(index);
+                ReadError::Content { path: path.clone(), reason }
+            };
+            let found = Found::of(folder, index, &frame, &shared).map_err(content)?;
+            let flame = heads.read(&found.parameters)?;
+            frames.push(found.frame(frame, subset, flame)?);
+        }
+    }
+    Ok(frames)
+}
+
+/// The checked content of a frame; its files are not read yet.
+struct Found {
+    image: PathBuf,
+    mask: Option<PathBuf>,
+    mesh: Option<PathBuf>,
+    parameters: PathBuf,
+    timestep: u32,
+    camera: super::TrackedCamera,
+}
+
+impl Found {
+    fn of(
+        folder: &Path,
+        index: usize,
+        frame: &Frame,
+        shared: &Optics,
+    ) -> Result<Self, TrackingError> {
+        let path = |name, path: &str| stated(folder, (index, name), path, Reach::Siblings);
+        let maybe = |name, found: &Option<String>| match found {
+            Some(found) => path(name, found).map(optional),
+            None => Ok(None),
+        };
+        let mut image = path("file_path", &frame.file_path)?;
+        if image.extension().is_none() {
+            image.set_extension("png");
+        }
+        let nothing = |name| {
+            TrackingError::value(
+                name,
+                "the path of a file, as VHAP writes it with `param`",
+                "nothing",
+            )
+        };
+        let parameters = frame.flame_param_path.as_deref();
+        let parameters = parameters.ok_or_else(|| nothing("flame_param_path"))?;
+        let pose = Pose::from_rows("transform_matrix", &frame.transform_matrix)?.inverse();
+        Ok(Self {
+            image,
+            mask: maybe("fg_mask_path", &frame.fg_mask_path)?,
+            mesh: maybe("mesh_path", &frame.mesh_path)?,
+            parameters: path("flame_param_path", parameters)?,
+            timestep: frame
+                .timestep_index
+                .unwrap_or_else(|| u32::try_from(index).unwrap_or(u32::MAX)),
+            camera: pose.with_axes(OPENGL).camera(&frame.optics().intrinsics(shared)?)?,
+        })
+    }
+
+    fn frame(
+        self,
+        frame: Frame,
+        subset: Subset,
+        flame: FlameParameters,
+    ) -> Result<TrackedFrame, ReadTrackingError> {
+        let Self { image, mask, mesh, timestep, camera, .. } = self;
+        let Frame { camera_id, camera_index, .. } = frame;
+        let numbered = || camera_index.unwrap_or(0).to_string();
+        let camera_id = camera_id.map_or_else(numbered, |Name(name)| name);
+        let image = existing(image)?;
+        Ok(TrackedFrame { image, mask, mesh, camera_id, timestep, subset, camera, flame })
+    }
+}
+
+/// The parameters of time steps, each read once.
+#[derive(Default)]
+struct Heads {
+    read: HashMap<PathBuf, FlameParameters>,
+    shape: Shared<f32>,
+    offset: Shared<[f32; 3]>,
+}
+
+impl Heads {
+    fn read(&mut self, path: &Path) -> Result<FlameParameters, ReadTrackingError> {
+        if let Some(flame) = self.read.get(path) {
+            return Ok(flame.clone());
+        }
+        let flame = read_file(path, MAX_BYTES, |bytes| self.parse(&arrays::parse(bytes)?))?;
+        self.read.insert(path.to_owned(), flame.clone());
+        Ok(flame)
+    }
+
+    fn parse(&mut self, arrays: &NamedArrays) -> Result<FlameParameters, TrackingError> {
+        let get = |name| row(name, arrays.require(name)?);
+        let static_offset = match arrays.get("static_offset") {
+            Some(array) => Some(self.offset.get(offsets("static_offset", array)?)),
+            None => None,
+        };
+        let [a, b, c, d, e, f] = fixed("eyes_pose", &get("eyes_pose")?)?;
+        Ok(FlameParameters {
+            expression: get("expr")?,
+            rotation: fixed("rotation", &get("rotation")?)?,
+            translation: fixed("translation", &get("translation")?)?,
+            neck: fixed("neck_pose", &get("neck_pose")?)?,
+            jaw: Some(fixed("jaw_pose", &get("jaw_pose")?)?),
+            eyes: Some([[a, b, c], [d, e, f]]),
+            static_offset,
+            ..FlameParameters::at_rest(self.shape.get(get("shape")?))
+        })
+    }
+}
