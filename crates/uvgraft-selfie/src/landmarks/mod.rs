@@ -9,6 +9,7 @@
 
 mod canonical;
 mod detector;
+mod drawing;
 mod iris;
 mod mesh;
 mod picture;
@@ -26,6 +27,7 @@ pub use refusal::{FaceChoice, FaceError};
 use crate::network::{Network, NetworkError};
 use picture::Picture;
 use regions::{CHIN, FOREHEAD, LEFT_EYE_OUTER, LEFT_SIDE, RIGHT_EYE_OUTER, RIGHT_SIDE};
+use search::Searcher;
 
 /// The networks that find faces and landmarks, ready to run.
 #[derive(Debug, Clone)]
@@ -62,6 +64,9 @@ pub struct FaceLandmarks {
     pub score: f64,
     /// The right and the left eye, if the iris network was imported.
     pub irises: Option<[Iris; 2]>,
+    /// The part of the face in which neighbouring pixels have the same colour, `0.0..=1.0`: hardly any
+    /// in a photograph, most of it in a drawing.
+    pub flat_part: f64,
 }
 
 impl FoundFace {
@@ -121,7 +126,7 @@ impl FaceNetworks {
 
     /// All faces in a photograph, the largest first.
     pub fn detect(&self, photograph: &Texture) -> Vec<FoundFace> {
-        search::search(&self.detector, &Picture::new(photograph))
+        self.detect_in(&Picture::new(photograph))
     }
 
     /// The landmarks of a face, whatever its score.
@@ -139,15 +144,20 @@ impl FaceNetworks {
         choice: FaceChoice,
     ) -> Result<FaceLandmarks, FaceError> {
         let picture = Picture::new(photograph);
-        let faces = search::search(&self.detector, &picture);
+        let faces = self.detect_in(&picture);
         let landmarks = self.landmarks_in(&picture, refusal::choose(&faces, choice)?);
         refusal::check(&landmarks)?;
         Ok(landmarks)
     }
 
+    fn detect_in(&self, picture: &Picture<'_>) -> Vec<FoundFace> {
+        Searcher { detector: &self.detector, mesh: &self.mesh, picture }.search()
+    }
+
     fn landmarks_in(&self, picture: &Picture<'_>, face: &FoundFace) -> FaceLandmarks {
         let (points, score) = mesh::find(&self.mesh, picture, face);
         let irises = self.iris.as_ref().map(|network| iris::find(network, picture, &points));
-        FaceLandmarks { points, score, irises }
+        let flat_part = drawing::flat_part(picture, face);
+        FaceLandmarks { points, score, irises, flat_part }
     }
 }
