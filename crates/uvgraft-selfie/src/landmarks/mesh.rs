@@ -49,11 +49,6 @@ pub(super) fn find(
     in_crop(network, picture, &crop_around(&first.0))
 }
 
-/// The score in the first crop.
-pub(super) fn score(network: &Network, picture: &Picture<'_>, face: &FoundFace) -> f64 {
-    in_crop(network, picture, &first_crop(face)).1
-}
-
 fn first_crop(face: &FoundFace) -> Crop {
     Crop { center: face.center, side: face.size(), angle: face.eye_angle() }.scaled(MARGIN)
 }

@@ -27,7 +27,7 @@ pub use refusal::{FaceChoice, FaceError};
 use crate::network::{Network, NetworkError};
 use picture::Picture;
 use regions::{CHIN, FOREHEAD, LEFT_EYE_OUTER, LEFT_SIDE, RIGHT_EYE_OUTER, RIGHT_SIDE};
-use search::Searcher;
+use search::{Confirmed, Searcher};
 
 /// The networks that find faces and landmarks, ready to run.
 #[derive(Debug, Clone)]
@@ -126,36 +126,48 @@ impl FaceNetworks {
 
     /// All faces in a photograph, the largest first.
     pub fn detect(&self, photograph: &Texture) -> Vec<FoundFace> {
-        self.detect_in(&Picture::new(photograph))
+        let confirmed = self.search(&Picture::new(photograph));
+        confirmed.into_iter().map(|confirmed| confirmed.face).collect()
     }
 
     /// The landmarks of a face, whatever its score.
     pub fn landmarks(&self, photograph: &Texture, face: &FoundFace) -> FaceLandmarks {
-        self.landmarks_in(&Picture::new(photograph), face)
+        let picture = Picture::new(photograph);
+        let (points, score) = mesh::find(&self.mesh, &picture, face);
+        self.complete(&picture, face, points, score)
     }
 
     /// The landmarks of the face that is meant.
     ///
     /// # Errors
-    /// [`FaceError`] if there is no such face, or if it is too small, unclear or seen from the side.
+    /// [`FaceError`] if there is no such face, or if it is too small, unclear, drawn or seen from the
+    /// side.
     pub fn find(
         &self,
         photograph: &Texture,
         choice: FaceChoice,
     ) -> Result<FaceLandmarks, FaceError> {
         let picture = Picture::new(photograph);
-        let faces = self.detect_in(&picture);
-        let landmarks = self.landmarks_in(&picture, refusal::choose(&faces, choice)?);
+        let mut confirmed = self.search(&picture);
+        let faces: Vec<FoundFace> = confirmed.iter().map(|confirmed| confirmed.face).collect();
+        let Confirmed { face, points, score } =
+            confirmed.swap_remove(refusal::choose(&faces, choice)?);
+        let landmarks = self.complete(&picture, &face, points, score);
         refusal::check(&landmarks)?;
         Ok(landmarks)
     }
 
-    fn detect_in(&self, picture: &Picture<'_>) -> Vec<FoundFace> {
+    fn search(&self, picture: &Picture<'_>) -> Vec<Confirmed> {
         Searcher { detector: &self.detector, mesh: &self.mesh, picture }.search()
     }
 
-    fn landmarks_in(&self, picture: &Picture<'_>, face: &FoundFace) -> FaceLandmarks {
-        let (points, score) = mesh::find(&self.mesh, picture, face);
+    fn complete(
+        &self,
+        picture: &Picture<'_>,
+        face: &FoundFace,
+        points: Vec<[f64; 3]>,
+        score: f64,
+    ) -> FaceLandmarks {
         let irises = self.iris.as_ref().map(|network| iris::find(network, picture, &points));
         let flat_part = drawing::flat_part(picture, face);
         FaceLandmarks { points, score, irises, flat_part }

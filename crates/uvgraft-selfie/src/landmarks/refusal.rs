@@ -87,25 +87,26 @@ pub enum FaceError {
     },
 }
 
-/// The face that is meant, of those found.
+/// The index of the face that is meant, of those found, the largest of which comes first.
 ///
 /// # Errors
 /// [`FaceError`] if there is none, if there are several without a choice, or if it is too small.
-pub fn choose(faces: &[FoundFace], choice: FaceChoice) -> Result<&FoundFace, FaceError> {
+pub fn choose(faces: &[FoundFace], choice: FaceChoice) -> Result<usize, FaceError> {
     let count = faces.len();
-    let face = match choice {
+    let index = match choice {
         _ if count == 0 => return Err(FaceError::None),
         FaceChoice::Only if count > 1 => return Err(FaceError::Several { count }),
-        FaceChoice::Only | FaceChoice::Largest => &faces[0],
+        FaceChoice::Only | FaceChoice::Largest => 0,
         FaceChoice::Number(number) => number
             .checked_sub(1)
-            .and_then(|index| faces.get(index))
+            .filter(|&index| index < count)
             .ok_or(FaceError::Number { number, count })?,
     };
-    if face.size() < LEAST_SIZE {
-        return Err(FaceError::TooSmall { found: face.size() });
+    let found = faces[index].size();
+    if found < LEAST_SIZE {
+        return Err(FaceError::TooSmall { found });
     }
-    Ok(face)
+    Ok(index)
 }
 
 /// Refuses landmarks that cannot be relied on.
@@ -145,7 +146,9 @@ mod tests {
     fn one_large_face_is_meant_unless_another_is_chosen() {
         let (one, many) = ([face(90.0)], [face(90.0), face(80.0), face(40.0)]);
         let size = |faces: &[FoundFace], choice| {
-            choose(faces, choice).map(FoundFace::size).map_err(|error| error.to_string())
+            choose(faces, choice)
+                .map(|index| faces[index].size())
+                .map_err(|error| error.to_string())
         };
         assert_eq!(size(&one, FaceChoice::Only), Ok(90.0));
         assert_eq!(size(&many, FaceChoice::Largest), Ok(90.0));

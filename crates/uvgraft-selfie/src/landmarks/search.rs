@@ -32,8 +32,9 @@ const MAX_DIVISION: usize = 16;
 /// of, and tiles are not searched for others.
 const LARGE: f64 = 1.0 / 6.0;
 
-/// Least score of the landmark network in the detector's crop. Of faces from 19 to 800 pixels, tilted,
-/// grey, cropped and stylised, it was 0.99 and more; of cloth, wheels and a smiley up to 0.63.
+/// Least score of the landmark network. Of faces from 19 to 800 pixels, tilted, grey, cropped and
+/// stylised, it was 0.99 and more; of cloth, wheels and a smiley up to 0.63. Lower than
+/// [`super::refusal::LEAST_SCORE`], so that a face that is half hidden is called unclear, not missing.
 const LEAST_LANDMARK_SCORE: f64 = 0.7;
 
 /// The networks that a search needs.
@@ -44,14 +45,35 @@ pub(super) struct Searcher<'a> {
     pub(super) picture: &'a Picture<'a>,
 }
 
+/// A face that both networks confirm.
+#[derive(Clone)]
+pub(super) struct Confirmed {
+    pub(super) face: FoundFace,
+    pub(super) points: Vec<[f64; 3]>,
+    /// That of the landmark network.
+    pub(super) score: f64,
+}
+
+impl AsRef<FoundFace> for Confirmed {
+    fn as_ref(&self) -> &FoundFace {
+        &self.face
+    }
+}
+
+impl AsRef<FoundFace> for FoundFace {
+    fn as_ref(&self) -> &FoundFace {
+        self
+    }
+}
+
 impl Searcher<'_> {
     /// All faces, the largest first.
-    pub(super) fn search(self) -> Vec<FoundFace> {
+    pub(super) fn search(self) -> Vec<Confirmed> {
         let [width, height] = self.picture.size();
         let side = width.max(height);
         let whole = Crop { center: [width / 2.0, height / 2.0], side, angle: 0.0 };
         let mut faces = self.search_crops(&[whole]);
-        if faces.first().is_some_and(|face| face.size() >= LARGE * side) {
+        if faces.first().is_some_and(|found| found.face.size() >= LARGE * side) {
             return faces;
         }
         let mut division = 2;
@@ -69,7 +91,7 @@ impl Searcher<'_> {
         self.search_crops(&turned)
     }
 
-    fn search_crops(self, crops: &[Crop]) -> Vec<FoundFace> {
+    fn search_crops(self, crops: &[Crop]) -> Vec<Confirmed> {
         let candidates = threads::map_indices(crops.len(), |index| {
             let crop = crops[index];
             let found = detector::detect(self.detector, self.picture, &crop, LEAST_SCORE);
@@ -82,7 +104,7 @@ impl Searcher<'_> {
     }
 
     /// The candidate again, in the middle of an upright crop; `None` if there is no face then.
-    fn look_closer(self, candidate: &FoundFace) -> Option<FoundFace> {
+    fn look_closer(self, candidate: &FoundFace) -> Option<Confirmed> {
         let (center, side) = (candidate.center, candidate.size());
         let crop = Crop { center, side, angle: candidate.eye_angle() }.scaled(CLOSER);
         let found = detector::detect(self.detector, self.picture, &crop, LEAST_SCORE);
@@ -90,13 +112,13 @@ impl Searcher<'_> {
         let is_near =
             |found: &Detection| (0..2).all(|axis| (found.center[axis] - 0.5).abs() < 0.5 / CLOSER);
         let face = found.iter().find(|found| is_near(found)).map(|found| placed(found, &crop))?;
-        let score = mesh::score(self.mesh, self.picture, &face);
-        (score >= LEAST_LANDMARK_SCORE).then_some(face)
+        let (points, score) = mesh::find(self.mesh, self.picture, &face);
+        (score >= LEAST_LANDMARK_SCORE).then_some(Confirmed { face, points, score })
     }
 }
 
-fn by_size(mut faces: Vec<FoundFace>) -> Vec<FoundFace> {
-    faces.sort_by(|a, b| b.size().total_cmp(&a.size()));
+fn by_size(mut faces: Vec<Confirmed>) -> Vec<Confirmed> {
+    faces.sort_by(|a, b| b.face.size().total_cmp(&a.face.size()));
     faces
 }
 
@@ -130,17 +152,19 @@ fn placed(found: &Detection, crop: &Crop) -> FoundFace {
 }
 
 /// Each face once, where several crops show it: the best score stays.
-fn distinct(mut faces: Vec<FoundFace>) -> Vec<FoundFace> {
-    faces.sort_by(|a, b| b.score.total_cmp(&a.score));
-    let mut kept: Vec<FoundFace> = Vec::new();
-    for face in faces {
+fn distinct<T: AsRef<FoundFace>>(mut faces: Vec<T>) -> Vec<T> {
+    faces.sort_by(|a, b| b.as_ref().score.total_cmp(&a.as_ref().score));
+    let mut kept: Vec<T> = Vec::new();
+    for candidate in faces {
+        let face = candidate.as_ref();
         // Where one of the two only sees a part of the face, its box is smaller but near.
-        let is_same = |other: &FoundFace| {
+        let is_same = |other: &T| {
+            let other = other.as_ref();
             let apart = (0..2).map(|axis| (other.center[axis] - face.center[axis]).powi(2));
             apart.sum::<f64>().sqrt() < 0.5 * other.size().max(face.size())
         };
         if face.size() > 0.0 && !kept.iter().any(is_same) {
-            kept.push(face);
+            kept.push(candidate);
         }
     }
     kept
