@@ -85,7 +85,7 @@ impl FoundFace {
 
 impl FaceLandmarks {
     /// How far the face is turned, in radians: 0 from the front, positive towards the right of the
-    /// picture.
+    /// picture. An estimate from the network's depth, which is flatter than that of a real face.
     pub fn yaw(&self) -> f64 {
         let (right, left) = (self.points[RIGHT_SIDE], self.points[LEFT_SIDE]);
         (left[2] - right[2]).atan2((left[0] - right[0]).hypot(left[1] - right[1]))

@@ -15,9 +15,10 @@ pub const LEAST_SCORE: f64 = 0.9;
 /// are as certain of drawings as of photographs.
 pub const MOST_FLAT: f64 = 0.3;
 
-/// A face may be turned by at most so many degrees to a side: beyond, half of it is not seen, and the
-/// network makes the other half up.
-pub const MOST_TURNED: f64 = 50.0;
+/// A face may be turned by at most so many degrees to a side, as [`FaceLandmarks::yaw`] measures it:
+/// beyond, half of it is not seen, and the network makes the other half up. The network flattens depth,
+/// so this is further than it sounds; a face from the side is usually not found at all.
+pub const MOST_TURNED: f64 = 40.0;
 
 /// Which face of a photograph is meant.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
@@ -114,8 +115,7 @@ pub fn choose(faces: &[FoundFace], choice: FaceChoice) -> Result<usize, FaceErro
 /// # Errors
 /// [`FaceError::Unclear`], [`FaceError::Drawing`], [`FaceError::Turned`]
 pub fn check(landmarks: &FaceLandmarks) -> Result<(), FaceError> {
-    // Also refuses NaN.
-    if !(landmarks.score >= LEAST_SCORE) {
+    if landmarks.score.is_nan() || landmarks.score < LEAST_SCORE {
         return Err(FaceError::Unclear { found: landmarks.score });
     }
     if landmarks.flat_part > MOST_FLAT {
