@@ -13,7 +13,8 @@ NATIVE := $(if $(CXX_FOUND),--features uvgraft-cli/flip --features uvgraft-tests
 VIEWER = $$(test ! -s target/viewer/viewer.html || echo --features uvgraft-cli/viewer)
 VIEWER_TESTS = $$(test ! -s target/viewer/viewer.html || echo --features uvgraft-cli/viewer,uvgraft-tests/viewer)
 
-.PHONY: demo test bench bench-scaling bench-peers book lint fixtures package viewer test-ktx2 test-clients
+.PHONY: demo test bench bench-scaling bench-peers book lint fixtures package viewer test-ktx2 test-clients \
+	selfie-report recognise
 
 # Runs a transfer on a built-in example; writes to uvgraft-demo/.
 demo: viewer
@@ -63,6 +64,26 @@ bench-peers:
 	$(PEERS_VENV)/bin/pip install --quiet --requirement benches/peers/requirements.txt || \
 		{ echo "bench-peers: could not install OpenCV and NumPy; is there a network?" >&2; exit 1; }
 	$(PEERS_VENV)/bin/python benches/peers/peers.py $(PEERS)
+
+# Photographs of the built-in figure, what becomes of them, and how that compares with the truth; takes
+# minutes. SELFIE="--cases front" selects cases.
+SELFIE ?=
+SELFIE_REPORT := target/selfie-report
+selfie-report:
+	@scripts/fetch-test-data.sh
+	$(CARGO) run --release --locked -p uvgraft-tests --example selfie_report -- $(SELFIE_REPORT) $(SELFIE)
+
+# How far the avatar of a photograph on a head is from it, and from other faces, to a face recogniser,
+# Python packages under target/: make recognise HEAD=flame.obj
+HEAD ?=
+PHOTO ?= target/test-data/photographs/astronaut.png
+RECOGNISED := target/recognised
+recognise:
+	@test -n "$(HEAD)" || { echo "recognise: HEAD must be the mesh of a head, such as flame.obj" >&2; exit 1; }
+	@scripts/fetch-test-data.sh
+	$(CARGO) run --release --locked -p uvgraft-tests --example selfie_report -- $(RECOGNISED) \
+		--head "$(HEAD)" --photos "$(PHOTO)"
+	scripts/recognise.sh "$(PHOTO)" --check --avatar $(RECOGNISED)/view-*.png --others $(RECOGNISED)/others/*.png
 
 # The libraries that also work without the feature `threads`, and all their other features.
 LIBRARIES := uvgraft uvgraft-metrics uvgraft-io uvgraft-avatar uvgraft-gltf uvgraft-render uvgraft-figure
