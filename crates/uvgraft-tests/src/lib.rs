@@ -15,6 +15,7 @@ pub mod made_up;
 pub mod mannequin;
 pub mod mouths;
 pub mod normal_bake;
+pub mod photographed;
 pub mod photographs;
 pub mod pictures;
 pub mod real;

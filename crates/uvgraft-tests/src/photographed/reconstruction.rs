@@ -1,0 +1,153 @@
+//! Heads and textures made of photographs by the code under test.
+
+use std::path::Path;
+
+use glam::DVec3;
+use uvgraft::{Mesh, Texture};
+use uvgraft_io::face_networks::import::{Imported, import};
+use uvgraft_selfie::landmarks::{FaceChoice, FaceError, FaceNetworks};
+use uvgraft_selfie::{
+    Fit, Head, HeadError, PhotoLandmarks, SelfieTexture, TextureOptions, textured,
+};
+
+use super::shot::{Photograph, Shot};
+use super::subject::{EYES, Subject};
+use crate::downloads;
+
+/// The face networks; `None`, with a message, if they have not been fetched.
+///
+/// # Panics
+/// If the files are not those that are wanted.
+pub fn networks() -> Option<FaceNetworks> {
+    Some(networks_of(&downloads::face_mesh_package()?, downloads::iris_wheel().as_deref()))
+}
+
+fn networks_of(package: &Path, iris: Option<&Path>) -> FaceNetworks {
+    let imported = |path: &Path| {
+        let bytes = std::fs::read(path).expect("a readable file");
+        import(&bytes).expect("the file whose checksum is known")
+    };
+    let Imported::Face(mut files) = imported(package) else { panic!("not the face networks") };
+    if let Some(iris) = iris {
+        let Imported::Iris(iris) = imported(iris) else { panic!("not the iris network") };
+        files.iris = Some(iris);
+    }
+    FaceNetworks::new(&files.parse().expect("sound models")).expect("the right models")
+}
+
+/// A head prepared for photographs.
+///
+/// # Errors
+/// [`HeadError`] if no landmarks are found on it.
+pub fn prepared(mesh: Mesh, networks: &FaceNetworks) -> Result<Head, HeadError> {
+    Head::new(mesh, networks.canonical(), &|drawing| {
+        let faces = networks.detect(drawing);
+        faces.first().map(|face| networks.landmarks(drawing, face).points)
+    })
+}
+
+/// What a photograph tells of its head.
+///
+/// # Errors
+/// [`FaceError`] if it is refused.
+pub fn landmarks(
+    networks: &FaceNetworks,
+    picture: &Texture,
+    focal_px: Option<f64>,
+) -> Result<PhotoLandmarks, FaceError> {
+    let found = networks.find(picture, FaceChoice::Only)?;
+    Ok(PhotoLandmarks { points: found.points, size: picture.size(), focal_px })
+}
+
+/// Everything that is made of photographs.
+#[derive(Debug)]
+pub struct Reconstruction {
+    /// Cameras and shape.
+    pub fit: Fit,
+    /// The texture.
+    pub result: SelfieTexture,
+}
+
+impl Reconstruction {
+    /// Fits a head to pictures and makes its texture.
+    ///
+    /// # Panics
+    /// If the landmarks fit no head, or no texture can be made.
+    pub fn new(
+        head: &Head,
+        pictures: &[Texture],
+        landmarks: &[PhotoLandmarks],
+        options: &TextureOptions,
+    ) -> Self {
+        let fit = Fit::new(head, landmarks).expect("landmarks of a face");
+        let result = textured(head, &fit, pictures, options).expect("a texture");
+        Self { fit, result }
+    }
+
+    /// The reconstructed head as a subject for photographs, its eyes 63 mm apart around the origin.
+    ///
+    /// # Panics
+    /// Never: the mesh has as many vertices as before.
+    pub fn subject(&self, head: &Head, name: &str) -> Subject {
+        let positions = self.fit.shaped.iter().map(|at| at.as_vec3().to_array()).collect();
+        let mesh = head.mesh().clone().with_positions(positions).expect("as many vertices");
+        Subject::alone(name, &mesh, head.anatomy(), self.result.texture.clone())
+    }
+
+    /// The landmarks of the reconstructed head that a photograph of [`Reconstruction::subject`]
+    /// shows: their places there, in metres, and their numbers.
+    pub fn visible_landmarks(&self, head: &Head, photograph: &Photograph) -> Vec<(DVec3, usize)> {
+        let of = |index: usize| {
+            let landmark = &head.landmarks()[index];
+            let corners = head.mesh().faces()[landmark.at.face as usize]
+                .map(|vertex| shown(head, self.fit.shaped[vertex as usize]));
+            let point = (0..3).map(|k| corners[k] * landmark.at.weights[k]).sum::<DVec3>();
+            let normal = (corners[1] - corners[0]).cross(corners[2] - corners[0]).normalize();
+            let is_used = landmark.certainty > 0.5 && photograph.sees(point, normal);
+            is_used.then_some((point, index))
+        };
+        (0..head.landmarks().len()).filter_map(of).collect()
+    }
+
+    /// For each texel of a subject where the fit says that a photograph shows it, in pixels.
+    pub fn samples(&self, subject: &Subject, photo: usize) -> Vec<Option<[f64; 2]>> {
+        let photo = &self.fit.photos[photo];
+        let rest =
+            |vertex: u32| DVec3::from(subject.head.positions()[vertex as usize].map(f64::from));
+        let sample = |spot: &Option<crate::looks::Spot>| {
+            let spot = spot.as_ref()?;
+            let vertices = subject.head.faces()[spot.face as usize];
+            let weights = weights(vertices.map(rest), DVec3::from(spot.position.map(f64::from)));
+            let at = (0..3).map(|k| photo.posed[vertices[k] as usize] * weights[k]).sum::<DVec3>();
+            let [x, y, _] = photo.camera.project(at);
+            Some([x, y])
+        };
+        subject.spots.iter().map(sample).collect()
+    }
+}
+
+/// Shots of a reconstructed head from the front, 20° and 35° to the side.
+pub fn views() -> [Shot; 3] {
+    let shot = Shot {
+        size: uvgraft::Size::square(640),
+        distance: 0.9,
+        focal: 2.0,
+        offset: [0.0; 2],
+        ..Shot::PORTRAIT
+    };
+    [0.0, 20.0, 35.0].map(|yaw| shot.turned(yaw, 0.0, 0.0))
+}
+
+/// A point of a head in the space of its eyes, in metres.
+fn shown(head: &Head, point: DVec3) -> DVec3 {
+    DVec3::from(head.anatomy().frame().local(point.to_array())) * EYES
+}
+
+/// Barycentric weights of a point in a triangle.
+fn weights([a, b, c]: [DVec3; 3], point: DVec3) -> [f64; 3] {
+    let normal = (b - a).cross(c - a);
+    let area = normal.length_squared().max(f64::MIN_POSITIVE);
+    let second = (point - a).cross(c - a).dot(normal) / area;
+    let third = (b - a).cross(point - a).dot(normal) / area;
+    [1.0 - second - third, second, third]
+}
