@@ -11,11 +11,18 @@
 //! `... -- FOLDER --head flame.obj --photos "a.png;b.png"`
 //! The folder `others` then has other faces, for `scripts/recognise.sh`.
 //!
-//! The columns: photographs; largest pose error in degrees; median distance of landmarks from the
-//! fit in pixels; PSNR of what is known after one gain per channel in decibels; share of the face
-//! that is known; shares of what is known that are on hair, on cloth, on glasses, seen by no
-//! photograph, and (of a single photograph) that were sampled beside the face, all in per cent; median distance of
-//! landmarks that are found again at 0°, 20° and 35° in millimetres; seconds for fit and texture.
+//! The columns:
+//! - `n`: photographs;
+//! - `pose`: the largest error of a camera's rotation in degrees, in all and by axes of the picture;
+//! - `px`: median distance of landmarks from those of the fit, in pixels;
+//! - `PSNR`, `skin`: of what is known, with and without eyeballs, after one gain per channel, in
+//!   decibels, and both again with the true cameras and shape;
+//! - `known`: share of the face seen at less than 60° that is known, in per cent;
+//! - `hair`, `cloth`, `glass`, `hidd.`: shares of what is known that are on hair, cloth and glasses, or
+//!   that no photograph sees, in per cent;
+//! - `beside`: share of what is known that was sampled beside the face in a single photograph;
+//! - `again`: median distance of landmarks that are found again on the result, in millimetres;
+//! - `s`: seconds for fit and texture.
 
 #![expect(clippy::print_stdout, clippy::print_stderr, reason = "the table is the output")]
 
@@ -30,8 +37,8 @@ use uvgraft_selfie::landmarks::FaceNetworks;
 use uvgraft_selfie::{Head, PhotoLandmarks, Relight, TextureOptions};
 use uvgraft_tests::looks::{FaceLook, SkinTone};
 use uvgraft_tests::photographed::{
-    Content, Found, Judgement, Light, Photograph, Reconstruction, Shot, Subject, error_map,
-    landmark_error_mm, landmarks, networks, pose_error_degrees, prepared, views,
+    Light, Photograph, Reconstruction, Shot, Subject, error_map, landmark_error_mm, landmarks,
+    networks, prepared, views,
 };
 
 /// Size of textures.
@@ -101,11 +108,12 @@ fn cases() -> Vec<Case> {
         relight: Relight::Off,
         is_focal_known: true,
     };
+    let near = Shot { focal: 0.9, distance: 0.45, ..front };
     let window = Shot { light: Light::WINDOW, ..front };
     let lamp = Shot { light: Light::LAMP, ..front };
     vec![
         new("front", "figure", vec![front]),
-        Case { is_focal_known: false, ..new("focal unknown", "figure", vec![front]) },
+        Case { is_focal_known: false, ..new("focal unknown", "figure", vec![near]) },
         Case { relight: Relight::Soft, ..new("soft", "figure", vec![front]) },
         new("turned", "figure", vec![front.turned(20.0, 0.0, 0.0)]),
         new("raised", "figure", vec![front.turned(-8.0, 12.0, 5.0)]),
@@ -143,22 +151,7 @@ fn synthetic(arguments: &Arguments, networks: &FaceNetworks) {
     };
     let certain = head.landmarks().iter().filter(|landmark| landmark.certainty > 0.5);
     println!("{} of {} landmarks are certain", certain.count(), head.landmarks().len());
-    println!(
-        "{:<15} {:>2} {:>5} {:>5} {:>5} {:>5} | {:>5} {:>5} {:>5} {:>5} {:>6} | {:>14} | {:>8}",
-        "case",
-        "n",
-        "pose",
-        "px",
-        "PSNR",
-        "known",
-        "hair",
-        "cloth",
-        "glass",
-        "hidd.",
-        "beside",
-        "landmarks, mm",
-        "seconds"
-    );
+    println!("{HEADING}");
     for case in cases().iter().filter(|case| arguments.wants(case.name)) {
         let subject = subjects.iter().find(|subject| subject.name == case.subject);
         let subject = subject.expect("a case of a subject");
@@ -167,21 +160,9 @@ fn synthetic(arguments: &Arguments, networks: &FaceNetworks) {
 }
 
 fn run(case: &Case, subject: &Subject, head: &Head, networks: &FaceNetworks, folder: &Path) {
-    let mut photographs: Vec<Photograph> = Vec::new();
-    let mut found: Vec<PhotoLandmarks> = Vec::new();
-    let out = folder.join(case.name.replace([' ', ','], "-"));
-    for (index, shot) in case.shots.iter().enumerate() {
-        let photograph = shot.take(subject);
-        write(&photograph.picture, &out.join(format!("photo-{index}.png")));
-        let focal = case.is_focal_known.then_some(photograph.camera.focal_px);
-        match landmarks(networks, &photograph.picture, focal) {
-            Ok(landmarks) => {
-                found.push(landmarks);
-                photographs.push(photograph);
-            }
-            Err(error) => println!("{:<15} photograph {index}: {error}", case.name),
-        }
-    }
+    let file = case.name.replace([' ', ','], "-");
+    let out = folder.join(&file);
+    let (photographs, found) = photographed(case, subject, networks, &out);
     if photographs.is_empty() {
         return;
     }
@@ -192,46 +173,84 @@ fn run(case: &Case, subject: &Subject, head: &Head, networks: &FaceNetworks, fol
     let start = Instant::now();
     let made = Reconstruction::new(head, &pictures, &found, &options);
     let seconds = start.elapsed().as_secs_f64();
-    let texture = Found { texture: &made.result.texture, known: &made.result.known };
-    let judged = Judgement::new(subject, &photographs, texture);
-    let pose = photographs.iter().zip(&made.fit.photos).map(|(photograph, fitted)| {
-        pose_error_degrees(fitted.camera.rotation, photograph.camera.rotation)
-    });
-    let residual = made.fit.photos.iter().map(|photo| photo.residual_px).fold(0.0, f64::max);
-    let beside = (photographs.len() == 1).then(|| {
-        let known = texture.known_texels(subject);
-        let samples = made.samples(subject, 0);
-        let mut known = known.iter().zip(samples).filter(|(known, _)| **known).peekable();
-        let count = known.clone().count().max(1);
-        let is_beside = |at: Option<[f64; 2]>| {
-            at.is_none_or(|at| photographs[0].content_at(at) != Content::Face)
-        };
-        100.0 * known.by_ref().filter(|(_, at)| is_beside(*at)).count() as f64 / count as f64
-    });
-    let beside = beside.map_or_else(|| "-".to_owned(), |share| format!("{share:.2}"));
+    let ideal = Reconstruction::of_true_fit(head, &photographs, &found, &options);
     let (cells, again) = seen_again(&made, head, networks, &out);
-    let percent = |share: f64| format!("{:.2}", 100.0 * share);
-    println!(
-        "{:<15} {:>2} {:>5.2} {:>5.2} {:>5.1} {:>5.1} | {:>5} {:>5} {:>5} {:>5} {beside:>6} | {again:>14} | {seconds:>8.1}",
-        case.name,
-        photographs.len(),
-        pose.fold(0.0, f64::max),
-        residual,
-        judged.psnr_db,
-        100.0 * judged.coverage,
-        percent(judged.hair),
-        percent(judged.cloth),
-        percent(judged.glasses),
-        percent(judged.hidden),
-    );
-    let errors = error_map(subject, texture);
+    println!("{}", row(case, subject, &photographs, [&made, &ideal], &again, seconds));
+
+    let errors = [&made, &ideal].map(|made| error_map(subject, made.found()));
     write(&made.result.texture, &out.join("texture.png"));
     write(&made.result.known, &out.join("known.png"));
-    write(&errors, &out.join("errors.png"));
+    write(&errors[0], &out.join("errors.png"));
+    write(&ideal.result.texture, &out.join("texture-of-true-fit.png"));
     let first = marked(&pictures[0], &found[0]);
-    let upper = [&first, &subject.texture, &made.result.texture, &made.result.known, &errors];
-    let rows = [upper.to_vec(), cells.iter().collect()];
-    write(&sheet(&rows), &folder.join(format!("{}.png", case.name.replace([' ', ','], "-"))));
+    let upper = [&first, &subject.texture, &made.result.texture, &made.result.known, &errors[0]];
+    let mut lower: Vec<&Texture> = cells.iter().collect();
+    lower.extend([&ideal.result.texture, &errors[1]]);
+    write(&sheet(&[upper.to_vec(), lower]), &folder.join(format!("{file}.png")));
+}
+
+/// Photographs of a case, without those that are refused.
+fn photographed(
+    case: &Case,
+    subject: &Subject,
+    networks: &FaceNetworks,
+    out: &Path,
+) -> (Vec<Photograph>, Vec<PhotoLandmarks>) {
+    let (mut photographs, mut found) = (Vec::new(), Vec::new());
+    for (index, shot) in case.shots.iter().enumerate() {
+        let photograph = shot.take(subject);
+        write(&photograph.picture, &out.join(format!("photo-{index}.png")));
+        let focal = case.is_focal_known.then_some(photograph.camera.focal_px);
+        match landmarks(networks, &photograph.picture, focal) {
+            Ok(landmarks) => {
+                found.push(landmarks);
+                photographs.push(photograph);
+            }
+            Err(error) => println!("{:<14} photograph {index}: {error}", case.name),
+        }
+    }
+    (photographs, found)
+}
+
+const HEADING: &str = "case            n  pose (pitch   yaw  roll)    px |  PSNR  skin (true fit) known |  hair cloth \
+                       glass  hidd. beside | again 0°/20°/35° |    s";
+
+/// A row below [`HEADING`].
+fn row(
+    case: &Case,
+    subject: &Subject,
+    photographs: &[Photograph],
+    [made, ideal]: [&Reconstruction; 2],
+    again: &str,
+    seconds: f64,
+) -> String {
+    let judged = made.judged(subject, photographs);
+    let ideal = ideal.judged(subject, photographs);
+    let poses = made.pose_errors(photographs);
+    let pose = poses.into_iter().max_by(|a, b| a.length().total_cmp(&b.length()));
+    let pose = pose.unwrap_or_default();
+    let residual = made.fit.photos.iter().map(|photo| photo.residual_px).fold(0.0, f64::max);
+    let beside = match photographs {
+        [only] => format!("{:.2}", 100.0 * made.sampled_beside(subject, only, 0)),
+        _ => "-".to_owned(),
+    };
+    let shares = [judged.hair, judged.cloth, judged.glasses, judged.hidden];
+    let shares = shares.map(|share| format!("{:>6.2}", 100.0 * share)).concat();
+    format!(
+        "{:<14} {:>2} {:>5.2} ({:>5.1} {:>5.1} {:>5.1}) {residual:>5.2} | {:>5.1} {:>5.1} ({:>4.1} {:>4.1}) \
+         {:>6.1} |{shares}  {beside:>6} | {again:>15} | {seconds:>5.1}",
+        case.name,
+        photographs.len(),
+        pose.length(),
+        pose.x,
+        pose.y,
+        pose.z,
+        judged.psnr_db,
+        judged.skin_psnr_db,
+        ideal.psnr_db,
+        ideal.skin_psnr_db,
+        100.0 * judged.coverage,
+    )
 }
 
 /// Pictures of the result from three sides, and the errors of the landmarks in them.

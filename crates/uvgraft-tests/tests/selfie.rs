@@ -11,8 +11,8 @@ use uvgraft::{Size, Texture};
 use uvgraft_selfie::landmarks::FaceNetworks;
 use uvgraft_selfie::{Head, PhotoLandmarks, Relight, TextureOptions};
 use uvgraft_tests::photographed::{
-    Found, Judgement, Photograph, Reconstruction, Shot, Subject, landmark_error_mm, landmarks,
-    networks, pose_error_degrees, prepared, views,
+    Judgement, Photograph, Reconstruction, Shot, Subject, landmark_error_mm, landmarks, networks,
+    prepared, views,
 };
 
 const TEXTURE: Size = Size::square(1024);
@@ -46,12 +46,9 @@ fn made(subject: &Subject, shots: &[Shot], relight: Relight) -> Option<Made> {
     let mut options = TextureOptions::default();
     (options.size, options.relight) = (TEXTURE, relight);
     let made = Reconstruction::new(head, &pictures, &found, &options);
-    let result = Found { texture: &made.result.texture, known: &made.result.known };
-    let judged = Judgement::new(subject, &photographs, result);
-    let errors = photographs.iter().zip(&made.fit.photos).map(|(photograph, fitted)| {
-        pose_error_degrees(fitted.camera.rotation, photograph.camera.rotation)
-    });
-    let pose_degrees = errors.fold(0.0, f64::max);
+    let judged = made.judged(subject, &photographs);
+    let errors = made.pose_errors(&photographs);
+    let pose_degrees = errors.iter().map(|error| error.length()).fold(0.0, f64::max);
     Some(Made { photographs, reconstruction: made, judged, pose_degrees })
 }
 

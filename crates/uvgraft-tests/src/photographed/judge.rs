@@ -1,6 +1,8 @@
 //! Measures of what is made of photographs.
 
-use glam::{DMat3, DVec3};
+use std::f64::consts::{PI, TAU};
+
+use glam::{DMat3, DQuat, DVec3};
 use uvgraft::color::{linear_from_srgb, srgb_from_linear};
 use uvgraft::{Channels, Encoding, Size, Texels, Texture, threads};
 
@@ -21,6 +23,8 @@ pub struct Found<'a> {
 pub struct Judgement {
     /// Of the known texels, after one gain per channel in linear space, in decibels.
     pub psnr_db: f64,
+    /// The same without the eyeballs.
+    pub skin_psnr_db: f64,
     /// The gains.
     pub gains: [f64; 3],
     /// Share of the face's texels seen at less than 60° that are known.
@@ -68,8 +72,11 @@ impl Judgement {
         let of = |content| share(&|texel| subject.content[texel] == content, &is_known);
         let is_clear = |texel: usize| subject.content[texel] == Content::Face && seen[texel][1];
         let gains = found.gains(subject, &known);
+        let skin: Vec<bool> =
+            (0..known.len()).map(|texel| known[texel] && !subject.is_eye[texel]).collect();
         Self {
             psnr_db: found.psnr(subject, &known, gains),
+            skin_psnr_db: found.psnr(subject, &skin, gains),
             gains,
             coverage: share(&is_known, &is_clear),
             hair: of(Content::Hair),
@@ -149,11 +156,13 @@ pub fn error_map(subject: &Subject, found: Found<'_>) -> Texture {
         .expect("as many values as texels")
 }
 
-/// The angle between two rotations.
-pub fn pose_error_degrees(found: DMat3, truth: DMat3) -> f64 {
-    let between = found * truth.transpose();
-    let cosine = (between.x_axis.x + between.y_axis.y + between.z_axis.z - 1.0) / 2.0;
-    cosine.clamp(-1.0, 1.0).acos().to_degrees()
+/// How far a camera's rotation is off, as a rotation vector in degrees: about the picture's
+/// horizontal axis, its vertical axis and the line of sight.
+pub fn pose_error_degrees(found: DMat3, truth: DMat3) -> DVec3 {
+    let (axis, angle) = DQuat::from_mat3(&(found * truth.transpose())).to_axis_angle();
+    // The shorter way round.
+    let angle = if angle > PI { angle - TAU } else { angle };
+    axis * angle.to_degrees()
 }
 
 /// The median distance between landmarks found in a photograph and where the photograph shows those

@@ -2,16 +2,19 @@
 
 use std::path::Path;
 
-use glam::DVec3;
+use glam::{DMat3, DVec3};
 use uvgraft::{Mesh, Texture};
 use uvgraft_io::face_networks::import::{Imported, import};
 use uvgraft_selfie::landmarks::{FaceChoice, FaceError, FaceNetworks};
 use uvgraft_selfie::{
-    Fit, Head, HeadError, PhotoLandmarks, SelfieTexture, TextureOptions, textured,
+    Camera, Fit, FittedPhoto, Head, HeadError, PhotoLandmarks, SelfieTexture, TextureOptions,
+    textured,
 };
 
+use super::camera::Pinhole;
+use super::judge::{Found, Judgement, pose_error_degrees};
 use super::shot::{Photograph, Shot};
-use super::subject::{EYES, Subject};
+use super::subject::{Content, EYES, Subject};
 use crate::downloads;
 
 /// The face networks; `None`, with a message, if they have not been fetched.
@@ -84,6 +87,36 @@ impl Reconstruction {
         Self { fit, result }
     }
 
+    /// The texture that would be made if cameras and shape were found without error: of the rest, only
+    /// the landmarks are found.
+    ///
+    /// # Panics
+    /// If no texture can be made.
+    pub fn of_true_fit(
+        head: &Head,
+        photographs: &[Photograph],
+        landmarks: &[PhotoLandmarks],
+        options: &TextureOptions,
+    ) -> Self {
+        let positions = head.mesh().positions().iter();
+        let shaped: Vec<DVec3> = positions.map(|at| DVec3::from(at.map(f64::from))).collect();
+        let photo = |(photograph, landmarks): (&Photograph, &PhotoLandmarks)| {
+            let Pinhole { rotation, translation, focal_px, center_px } = photograph.camera;
+            FittedPhoto {
+                camera: Camera { rotation, translation, focal_px, center_px },
+                posed: shaped.clone(),
+                landmarks: landmarks.points.clone(),
+                residual_px: 0.0,
+            }
+        };
+        let photos = photographs.iter().zip(landmarks).map(photo).collect();
+        let fit = Fit { shaped: shaped.clone(), photos };
+        let pictures: Vec<Texture> =
+            photographs.iter().map(|photograph| photograph.picture.clone()).collect();
+        let result = textured(head, &fit, &pictures, options).expect("a texture");
+        Self { fit, result }
+    }
+
     /// The reconstructed head as a subject for photographs, its eyes 63 mm apart around the origin.
     ///
     /// # Panics
@@ -109,8 +142,39 @@ impl Reconstruction {
         (0..head.landmarks().len()).filter_map(of).collect()
     }
 
+    /// How far the camera of a photograph is off; see [`pose_error_degrees`].
+    pub fn pose_errors(&self, photographs: &[Photograph]) -> Vec<DVec3> {
+        let fitted = self.fit.photos.iter().map(|photo| photo.camera.rotation);
+        let error = |(photograph, found): (&Photograph, DMat3)| {
+            pose_error_degrees(found, photograph.camera.rotation)
+        };
+        photographs.iter().zip(fitted).map(error).collect()
+    }
+
+    /// Compares the result with what was photographed.
+    pub fn judged(&self, subject: &Subject, photographs: &[Photograph]) -> Judgement {
+        Judgement::new(subject, photographs, self.found())
+    }
+
+    /// The result, to be compared.
+    pub fn found(&self) -> Found<'_> {
+        Found { texture: &self.result.texture, known: &self.result.known }
+    }
+
+    /// Share of the known texels that were sampled beside the face in one photograph.
+    pub fn sampled_beside(&self, subject: &Subject, photograph: &Photograph, photo: usize) -> f64 {
+        let known = self.found().known_texels(subject);
+        let samples = self.samples(subject, photo);
+        let (mut count, mut beside) = (0_u32, 0_u32);
+        for at in known.into_iter().zip(samples).filter_map(|(known, at)| known.then_some(at)) {
+            count += 1;
+            beside += u32::from(at.is_none_or(|at| photograph.content_at(at) != Content::Face));
+        }
+        f64::from(beside) / f64::from(count.max(1))
+    }
+
     /// For each texel of a subject where the fit says that a photograph shows it, in pixels.
-    pub fn samples(&self, subject: &Subject, photo: usize) -> Vec<Option<[f64; 2]>> {
+    fn samples(&self, subject: &Subject, photo: usize) -> Vec<Option<[f64; 2]>> {
         let photo = &self.fit.photos[photo];
         let rest =
             |vertex: u32| DVec3::from(subject.head.positions()[vertex as usize].map(f64::from));

@@ -37,6 +37,8 @@ pub struct Subject {
     pub content: Vec<Content>,
     /// `[texels]`: where each is on the head; `None` outside the layout.
     pub spots: Vec<Option<Spot>>,
+    /// `[texels]`: whether each is on an eyeball, where that is known.
+    pub is_eye: Vec<bool>,
     /// Shoulders and clothes, and their texture.
     pub body: Option<(Mesh, Texture)>,
     /// The point between the eyes, in the mesh's unit.
@@ -131,6 +133,7 @@ impl Subject {
             texture,
             content: vec![Content::Face; texels],
             spots: vec![None; texels],
+            is_eye: vec![false; texels],
             body: None,
             middle: [0.0; 3],
         }
@@ -169,12 +172,15 @@ impl Subject {
         let clothes = figure.body.only_parts(|part| part.object == "body");
         let clothes = clothes.expect("a figure with a body");
         let painted = paint_body(&figure, BODY);
+        let of_eyes = is_of_material(&figure.head, "eye");
+        let is_eye = |spot: &Option<Spot>| spot.is_some_and(|spot| of_eyes[spot.face as usize]);
         Self {
             name: name.to_owned(),
             head: figure.head,
             texture,
             content,
             spots: layout.spots().to_vec(),
+            is_eye: layout.spots().iter().map(is_eye).collect(),
             body: Some((clothes, painted)),
             middle: HeadFrame::FIGURE.origin.map(f64::from),
         }
