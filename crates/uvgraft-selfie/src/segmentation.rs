@@ -60,13 +60,14 @@ impl Evidence<'_> {
         // A bald head's scalp is no hair.
         let hair = on_scalp.filter(|hair| skin.distance(hair.color) > 2.5);
         let raw = map_indices(size.texels(), |texel| {
-            if self.seen[texel] > 0.0 { [self.share(texel, &skin, hair.as_ref())] } else { [0.0] }
+            // Where nothing is seen there is nothing to keep away from.
+            if self.seen[texel] > 0.0 { [self.share(texel, &skin, hair.as_ref())] } else { [1.0] }
         });
-        // What is beside hair or cloth is mixed with it.
-        let radius = (size.width.max(size.height) as usize / 400).max(1);
+        // What is beside hair or cloth is mixed with it, and edges must not show.
+        let radius = (size.width.max(size.height) as usize / 250).max(1);
         let around = blurred(size, &raw, radius);
         let face = raw.iter().zip(around);
-        let face = face.map(|(raw, around)| raw[0] * smoothstep(0.6, 0.97, around[0])).collect();
+        let face = face.map(|(raw, around)| raw[0] * smoothstep(0.55, 1.0, around[0])).collect();
         Segmentation { face, scalp }
     }
 
@@ -85,8 +86,8 @@ impl Evidence<'_> {
         let inside = self.at(Area::MouthInterior, texel);
         let outlined = [
             smoothstep(-0.06, 0.0, depth(&self.outlines.lips, 0.1)),
-            smoothstep(-0.1, -0.02, depth(&self.outlines.brows[0], 0.15)),
-            smoothstep(-0.1, -0.02, depth(&self.outlines.brows[1], 0.15)),
+            smoothstep(-0.06, 0.0, depth(&self.outlines.brows[0], 0.1)),
+            smoothstep(-0.06, 0.0, depth(&self.outlines.brows[1], 0.1)),
             smoothstep(-0.12, -0.02, depth(&self.outlines.eyes[0], 0.15)),
             smoothstep(-0.12, -0.02, depth(&self.outlines.eyes[1], 0.15)),
         ];
