@@ -10,7 +10,7 @@ use uvgraft::threads::map_indices;
 use crate::head::Head;
 use crate::layout_texels::LayoutTexels;
 use crate::mirror::Mirror;
-use crate::raster::bilinear;
+use crate::raster::{bilinear, blurred};
 
 /// Smoothness of colours that spread over the surface, in eye distances.
 const SPREAD: Smoothness = Smoothness { bending: 0.02, membrane: 0.5 };
@@ -43,8 +43,11 @@ impl<'a> Completion<'a> {
         let size = self.texels.size();
         let Some(tones) = self.tones(&colors, known) else { return colors };
         let mirror = Mirror::new(self.head);
-        let packed: Vec<[f32; 4]> =
-            colors.iter().zip(known).map(|(&[r, g, b], &known)| [r, g, b, known]).collect();
+        let packed: Vec<[f32; 4]> = colors
+            .iter()
+            .zip(self.feathered(known))
+            .map(|(&[r, g, b], known)| [r, g, b, known])
+            .collect();
         drop(colors);
         let on_scalp = self.head.anatomy.area(Area::Scalp);
         let in_mouth = self.head.anatomy.area(Area::MouthInterior);
@@ -73,6 +76,24 @@ impl<'a> Completion<'a> {
             }
             mixed(filled, [r, g, b], known)
         })
+    }
+
+    /// What is known, fading towards what is not over some millimetres: what is filled never has
+    /// quite the tone of what it adjoins.
+    fn feathered(&self, known: &[f32]) -> Vec<f32> {
+        const SHARE: u32 = 110;
+        let size = self.texels.size();
+        let radius = (size.width.max(size.height) / SHARE) as usize;
+        // Beside islands there is nothing to fade towards.
+        let known_or_beside: Vec<[f32; 1]> = (0..known.len())
+            .map(|texel| [if self.texels.face(texel).is_some() { known[texel] } else { 1.0 }])
+            .collect();
+        let around = blurred(size, &known_or_beside, radius);
+        known
+            .iter()
+            .zip(around)
+            .map(|(known, around)| known * smoothstep(0.5, 0.95, around[0]))
+            .collect()
     }
 
     /// `[vertices]`: the colour of skin at each, from texels that are known, spread over the rest.

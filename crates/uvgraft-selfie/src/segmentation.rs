@@ -108,7 +108,10 @@ impl Evidence<'_> {
         let by_place = is_near(CERTAIN).max(smoothstep(0.5, 0.9, self.at(Area::Jaw, texel)));
         let like_skin =
             hair.map_or(1.0, |hair| smoothstep(-0.3, 1.0, hair.distance(color) as f32 - distance));
-        let by_color = is_near(DOUBTFUL) * like_skin * (1.0 - smoothstep(0.1, 0.4, scalp));
+        // Behind ears is hair, and on them its shadow.
+        let ears = self.at(Area::Ears, texel);
+        let by_color = is_near(DOUBTFUL.map(|limit| limit * (1.0 - 0.25 * ears)));
+        let by_color = by_color * like_skin * (1.0 - smoothstep(0.1, 0.4, scalp));
         let by_label = self.labels.map_or(1.0, |labels| {
             let uv = self.uv(texel);
             let other = labels.at_uv(Label::Cloth, uv).max(labels.at_uv(Label::Hair, uv));
