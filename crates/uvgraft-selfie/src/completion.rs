@@ -84,9 +84,17 @@ impl<'a> Completion<'a> {
         const SHARE: u32 = 110;
         let size = self.texels.size();
         let radius = (size.width.max(size.height) / SHARE) as usize;
-        // Beside islands there is nothing to fade towards.
+        let areas = [Area::Lips, Area::MouthInterior].map(|area| self.head.anatomy.area(area));
+        let is_mouth = |face: u32| {
+            let corners = self.head.mesh.faces()[face as usize];
+            areas.iter().any(|area| corners.iter().any(|&vertex| area[vertex as usize] > 0.3))
+        };
+        // Beside islands there is nothing to fade towards, and lips are narrow.
         let known_or_beside: Vec<[f32; 1]> = (0..known.len())
-            .map(|texel| [if self.texels.face(texel).is_some() { known[texel] } else { 1.0 }])
+            .map(|texel| match self.texels.face(texel) {
+                Some(face) if !is_mouth(face) => [known[texel]],
+                _ => [1.0],
+            })
             .collect();
         let around = blurred(size, &known_or_beside, radius);
         known

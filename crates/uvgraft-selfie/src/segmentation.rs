@@ -61,27 +61,27 @@ impl Evidence<'_> {
         let hair = on_scalp.filter(|hair| skin.distance(hair.color) > 2.5);
         let raw = map_indices(size.texels(), |texel| {
             // Where nothing is seen there is nothing to keep away from.
-            if self.seen[texel] > 0.0 { [self.share(texel, &skin, hair.as_ref())] } else { [1.0] }
+            if self.seen[texel] > 0.0 { self.share(texel, &skin, hair.as_ref()) } else { [1.0; 2] }
         });
         // What is beside hair or cloth is mixed with it, and edges must not show.
         let radius = (size.width.max(size.height) as usize / 250).max(1);
         let around = blurred(size, &raw, radius);
         let face = raw.iter().zip(around);
-        let face = face.map(|(raw, around)| raw[0] * smoothstep(0.55, 1.0, around[0])).collect();
+        let face = face.map(|(raw, around)| raw[0] * smoothstep(0.55, 1.0, around[1])).collect();
         Segmentation { face, scalp }
     }
 
-    /// How far a texel is the face.
-    fn share(&self, texel: usize, skin: &ColorModel, hair: Option<&ColorModel>) -> f32 {
+    /// How far a texel is the face; and the same if what is between the lips were.
+    fn share(&self, texel: usize, skin: &ColorModel, hair: Option<&ColorModel>) -> [f32; 2] {
         let px = self.px[texel].map(f64::from);
         let unit = self.unit_px;
         let depth = |outline: &crate::outline::Outline, reach: f64| {
             (outline.depth(px, reach * unit) / unit) as f32
         };
         // Teeth and the dark between the lips.
-        let opening = smoothstep(-0.03, 0.0, depth(&self.outlines.mouth, 0.1));
+        let opening = smoothstep(-0.015, 0.01, depth(&self.outlines.mouth, 0.1));
         if opening >= 1.0 {
-            return 0.0;
+            return [0.0, 1.0];
         }
         let inside = self.at(Area::MouthInterior, texel);
         let outlined = [
@@ -120,7 +120,8 @@ impl Evidence<'_> {
         let by_color = by_color * by_label;
         let certain = smoothstep(0.3, 0.8, certain);
         let share = by_color + (by_place - by_color) * certain;
-        share.max(outlined) * (1.0 - opening) * (1.0 - smoothstep(0.3, 0.7, inside))
+        let share = share.max(outlined);
+        [share * (1.0 - opening) * (1.0 - smoothstep(0.3, 0.7, inside)), share]
     }
 
     /// Height of a texel above the eyes, in distances between them.
