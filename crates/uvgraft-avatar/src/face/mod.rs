@@ -3,7 +3,7 @@
 //! [`Face::find`] locates the lids, lips, corners of the mouth and brows of any head by geometry,
 //! and [`Face::measure`] measures how far lids and lips are open and where the other features are.
 //! [`solve`] finds the combinations of whatever moves a face (expression components, a jaw,
-//! eyelids) that make VRM's expressions.
+//! eyelids) that make VRM's expressions. [`transfer`] carries named expressions from another head.
 
 mod costs;
 mod features;
@@ -14,6 +14,7 @@ mod quadratic;
 mod solve;
 mod surface;
 mod targets;
+pub mod transfer;
 
 use uvgraft::anatomy::AnatomyError;
 
