@@ -14,17 +14,17 @@
 //!
 //! The equations are the same for all deformations, so they are factorised once.
 
-mod conditions;
 mod equations;
 mod gradients;
+mod handles;
 mod reach;
 mod samples;
 
 use glam::{DMat3, DVec3, Vec3};
 
-pub use self::conditions::Condition;
 use self::equations::{Equations, Screen};
 use self::gradients::Gradients;
+pub use self::handles::{Handles, Row};
 use self::reach::Reach;
 use self::samples::Samples;
 use crate::correspond::similarity::Similarity;
@@ -35,8 +35,8 @@ use crate::surface::Surface;
 /// Above this length the source's displacements decide, as a share of the size of what moves
 /// (the square root of its area): about 25 mm in a face.
 const SCREEN: f64 = 0.15;
-/// The same for corrections, which should stay where they are needed: about 8 mm.
-const CORRECTION: f64 = 0.05;
+/// The same for corrections, which should stay where they are needed: about 5 mm.
+const CORRECTION: f64 = 0.03;
 /// How far from what moves the unpaired surface is still free, as a share of the same size: the depth
 /// of a mouth.
 const REACH: f64 = 0.5;
@@ -187,12 +187,26 @@ impl DeformationTransfer {
         Ok(self.to_vertices(&points))
     }
 
-    /// The smoothest small correction of a deformation after which conditions hold.
+    /// Prepares corrections by some quantities: linear forms of the target vertices' offsets.
+    pub fn handles(&self, rows: &[Row]) -> Handles {
+        Handles::new(&self.correction, rows, &self.point_of_vertex)
+    }
+
+    /// The smoothest offsets that change quantities by given amounts.
     ///
-    /// It fades out within a twentieth of the size of what moves, and the surface that the source
-    /// never moves stays. Conditions that contradict each other are met as well as possible.
-    pub fn correction(&self, conditions: &[Condition]) -> Vec<[f32; 3]> {
-        let points = conditions::solve(&self.correction, conditions, &self.point_of_vertex);
+    /// - `changes`: of each of the handles' quantities; `None` leaves it free, 0 keeps it. Changes that
+    ///   contradict each other are met as well as possible.
+    ///
+    /// They fade out within a few hundredths of the size of what moves, and the surface that the source
+    /// never moves stays.
+    pub fn correction(&self, handles: &Handles, changes: &[Option<f32>]) -> Vec<[f32; 3]> {
+        /// Offsets shorter than the first share of the longest become zero, those longer than the
+        /// second remain.
+        const STILL: [f64; 2] = [0.01, 0.05];
+        let rows = handles.solve(self.correction.rows(), changes);
+        let mut points = self.correction.to_points(&rows);
+        let most = points.iter().map(|point| point.length()).fold(0.0, f64::max);
+        points.iter_mut().for_each(|point| *point *= fade(point.length(), STILL.map(|s| s * most)));
         self.to_vertices(&points)
     }
 
@@ -207,10 +221,8 @@ impl DeformationTransfer {
                 corners.iter().for_each(|&point| stirred[point as usize] = true);
             }
         }
-        let [least, most] = STILL.map(|share| share * self.size);
         for (point, _) in points.iter_mut().zip(stirred).filter(|(_, stirred)| !stirred) {
-            let share = ((point.length() - least) / (most - least)).clamp(0.0, 1.0);
-            *point *= share * share * (3.0 - 2.0 * share);
+            *point *= fade(point.length(), STILL.map(|share| share * self.size));
         }
     }
 
@@ -220,6 +232,15 @@ impl DeformationTransfer {
         };
         self.point_of_vertex.iter().map(of).collect()
     }
+}
+
+/// Rises smoothly from 0 at the first length to 1 at the second.
+fn fade(length: f64, [from, to]: [f64; 2]) -> f64 {
+    if length >= to {
+        return 1.0;
+    }
+    let share = ((length - from) / (to - from)).max(0.0);
+    share * share * (3.0 - 2.0 * share)
 }
 
 const fn check_count(what: &'static str, found: usize, wanted: usize) -> Result<(), DeformError> {

@@ -113,7 +113,7 @@ fn corrections_meet_their_conditions_and_stay_local() {
     let transfer = DeformationTransfer::new(&identity(&mesh), &moves(&offsets)).unwrap();
     let middle = 20 * 41 + 20;
     let row = vec![(middle, [0.0, 0.0, 1.0]), (middle + 1, [0.0, 0.0, 1.0])];
-    let found = transfer.correction(&[Condition { row, value: 0.02 }]);
+    let found = transfer.correction(&transfer.handles(&[row]), &[Some(0.02)]);
     let [a, b] = [middle, middle + 1].map(|at| found[at as usize]);
     assert!((a[2] + b[2] - 0.02).abs() < 1e-5, "{a:?} {b:?}");
     assert!(a[0].abs() < 1e-6 && a[1].abs() < 1e-6);
@@ -125,10 +125,11 @@ fn corrections_meet_their_conditions_and_stay_local() {
     let far = found[middle as usize + 41 * 12][2];
     assert!(far.abs() < 0.1 * a[2], "{far} {a:?}");
     // Conditions on what stays, or on no vertex, change nothing.
-    let condition = |vertex| Condition { row: vec![(vertex, [1.0; 3])], value: 1.0 };
-    let found = transfer.correction(&[condition(0), condition(9999)]);
-    assert!(found.iter().all(|offset| *offset == [0.0; 3]));
-    assert!(transfer.correction(&[]).iter().all(|offset| *offset == [0.0; 3]));
+    let still = transfer.handles(&[vec![(0, [1.0; 3])], vec![(9999, [1.0; 3])], Vec::new()]);
+    for changes in [&[Some(1.0); 3][..], &[None; 3], &[Some(0.0)], &[]] {
+        let found = transfer.correction(&still, changes);
+        assert!(found.iter().all(|offset| *offset == [0.0; 3]), "{changes:?}");
+    }
 }
 
 #[test]

@@ -2,20 +2,22 @@
 
 use glam::{DVec3, Vec3};
 use uvgraft::Mesh;
-use uvgraft::deform::{Condition, DeformationTransfer};
+use uvgraft::deform::{DeformationTransfer, Handles, Row};
 
 use super::super::FaceError;
 use super::super::features::{Face, Opening};
+use super::super::surface::Spot;
 use super::parts::Parts;
+use crate::normals::vertex_normals;
 
 /// Lids of which less than this share of the gap is left are closed.
 const SHUT: f32 = 0.2;
 /// Lips that part by less than this, in distances between the eyes, are closed: 0.5 mm.
 const TOUCHING: f32 = 0.008;
-/// Lips of which less than this share of the opening of the jaw is left are closed.
+/// Lips of which less than this share of the jaw's opening is left are closed.
 const SEALED: f32 = 0.15;
 /// Skin stays this far from an eyeball's centre at least, in radii, unless it is nearer at rest.
-const LID: f64 = 1.04;
+const LID: f64 = 1.02;
 
 /// What touches in an expression.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -35,8 +37,8 @@ pub struct Contact {
     pub expression: String,
     /// What touches.
     pub kind: ContactKind,
-    /// The largest gap or overlap (negative) along the opening after the transfer, in the target's
-    /// unit.
+    /// The largest deviation along the opening after the transfer, in the target's unit: a gap, or an
+    /// overlap (negative) larger than the source's.
     pub before: f32,
     /// The same after the correction.
     pub after: f32,
@@ -47,9 +49,21 @@ pub(super) struct Contacts<'a> {
     source: Option<Face>,
     target: Face,
     rest: &'a [[f32; 3]],
+    normals: Vec<Vec3>,
     deform: &'a DeformationTransfer,
     parts: &'a Parts,
     source_rest: &'a [[f32; 3]],
+    /// For each eye, the heights of the upper margins of its lids, followed by those of the lower ones.
+    lids: [Handles; 2],
+    lips: Handles,
+}
+
+/// The lips in an expression, along the up axis, relative to rest.
+struct Lips {
+    /// The range in which each opening of the target should be; `None` where they part.
+    wanted: Vec<Option<[f32; 2]>>,
+    /// How the jaw opens them, for an expression that closes them again.
+    jaw: Vec<f32>,
 }
 
 impl<'a> Contacts<'a> {
@@ -60,10 +74,26 @@ impl<'a> Contacts<'a> {
         deform: &'a DeformationTransfer,
         parts: &'a Parts,
     ) -> Result<Self, FaceError> {
+        let face = Face::find(target)?;
+        let up = Self::up(&face);
+        let lids = [0, 1].map(|side| {
+            let lids = &face.eyes[side].lids;
+            let upper = lids.iter().map(|lid| row(&lid.upper, up));
+            let lower = lids.iter().map(|lid| row(&lid.lower, up));
+            deform.handles(&upper.chain(lower).collect::<Vec<Row>>())
+        });
+        let lips: Vec<Row> = face
+            .lips
+            .iter()
+            .map(|lips| [row(&lips.upper, up), row(&lips.lower, -up)].concat())
+            .collect();
         Ok(Self {
             source: Face::find(source).ok(),
-            target: Face::find(target)?,
+            lips: deform.handles(&lips),
+            lids,
+            target: face,
             rest: target.positions(),
+            normals: vertex_normals(target.positions(), target.faces()),
             deform,
             parts,
             source_rest: source.positions(),
@@ -94,7 +124,7 @@ impl<'a> Contacts<'a> {
                 [ContactKind::LeftLids, ContactKind::RightLids].into_iter().enumerate()
             {
                 if self.shuts(names[index], side, &source) {
-                    note(kind, self.shut(side, &mut offsets[index]));
+                    note(kind, self.shut(side, &source, &mut offsets[index]));
                 }
             }
             self.clear_eyes(&mut offsets[index]);
@@ -114,41 +144,47 @@ impl<'a> Contacts<'a> {
     /// Whether an expression closes the lids of one eye.
     fn shuts(&self, name: &str, side: usize, source: &[[f32; 3]]) -> bool {
         let named = ["eyeBlinkLeft", "eyeBlinkRight"][side] == name;
-        let seen = self.source.as_ref().is_some_and(|face| {
-            let up = Self::up(face);
-            let lids = &face.eyes[side].lids;
-            let gap =
-                |values: &[[f32; 3]]| lids.iter().map(|lid| part(lid, values).dot(up)).sum::<f32>();
-            let rest = gap(self.source_rest);
-            rest + gap(source) < SHUT * rest
-        });
+        let seen = self.source_gap(side, source).is_some_and(|[rest, gap]| gap < SHUT * rest);
         named || seen
     }
 
-    /// Closes lids; returns the largest gap before and after.
-    fn shut(&self, side: usize, offsets: &mut [[f32; 3]]) -> [f32; 2] {
+    /// The mean gap between the source's lids at rest and in an expression.
+    fn source_gap(&self, side: usize, source: &[[f32; 3]]) -> Option<[f32; 2]> {
+        let face = self.source.as_ref()?;
+        let up = Self::up(face);
+        let lids = &face.eyes[side].lids;
+        let gap = |values: &[[f32; 3]]| {
+            lids.iter().map(|lid| part(lid, values).dot(up)).sum::<f32>() / lids.len() as f32
+        };
+        let rest = gap(self.source_rest);
+        Some([rest, rest + gap(source)])
+    }
+
+    /// Closes lids, the upper one onto the lower one; returns the largest gap before and after. Lids may
+    /// overlap as far as the source's do, whose margins lie behind each other.
+    fn shut(&self, side: usize, source: &[[f32; 3]], offsets: &mut [[f32; 3]]) -> [f32; 2] {
         const ROUNDS: usize = 3;
-        let axes = [1, 2].map(|k| Vec3::from(self.target.frame.axes[k].map(|value| value as f32)));
+        let up = Self::up(&self.target);
+        let scale = self.deform.alignment().scale as f32;
+        let overlap = self.source_gap(side, source).map_or(0.0, |[_, gap]| scale * gap.min(0.0));
         let lids = &self.target.eyes[side].lids;
-        let gap = |lid: &Opening, offsets: &[[f32; 3]]| part(lid, self.rest) + part(lid, offsets);
-        let largest =
-            |offsets: &[[f32; 3]]| largest(lids.iter().map(|lid| gap(lid, offsets).dot(axes[0])));
+        let miss = |lid: &Opening, offsets: &[[f32; 3]]| {
+            let gap = (part(lid, self.rest) + part(lid, offsets)).dot(up);
+            gap - gap.clamp(overlap, 0.0)
+        };
+        let largest = |offsets: &[[f32; 3]]| largest(lids.iter().map(|lid| miss(lid, offsets)));
         let before = largest(offsets);
         for _ in 0..ROUNDS {
-            let conditions: Vec<Condition> = lids
-                .iter()
-                .flat_map(|lid| {
-                    let gap = gap(lid, offsets);
-                    axes.map(|axis| condition(lid, axis, -gap.dot(axis)))
-                })
-                .collect();
-            self.correct(&conditions, offsets);
+            let upper = lids.iter().map(|lid| Some(-miss(lid, offsets)));
+            let changes: Vec<_> = upper.chain(lids.iter().map(|_| Some(0.0))).collect();
+            self.correct(&self.lids[side], &changes, offsets);
             self.clear_eyes(offsets);
         }
         [before, largest(offsets)]
     }
 
-    /// Keeps skin out of the eyeballs, where it does not lie in them at rest.
+    /// Keeps the outside of lids out of the eyeballs, where it does not lie in them at rest. Their inside,
+    /// which continues along the eyeball, may be anywhere.
     fn clear_eyes(&self, offsets: &mut [[f32; 3]]) {
         for eye in &self.parts.eyes {
             for (vertex, offset) in offsets.iter_mut().enumerate() {
@@ -159,7 +195,8 @@ impl<'a> Contacts<'a> {
                 let least = rest.length().min(LID * eye.radius);
                 let moved = rest + Vec3::from(*offset).as_dvec3();
                 let far = moved.length();
-                if rest.length() > 2.0 * eye.radius || far >= least || far <= 0.0 {
+                let is_outside = self.normals[vertex].as_dvec3().dot(rest) > 0.0;
+                if !is_outside || rest.length() > 2.0 * eye.radius || far >= least || far <= 0.0 {
                     continue;
                 }
                 let cleared: DVec3 = moved * (least / far);
@@ -168,8 +205,8 @@ impl<'a> Contacts<'a> {
         }
     }
 
-    /// Closes lips where the source's stay closed, and keeps them from overlapping; returns the largest
-    /// gap before and after, if any had to be corrected.
+    /// Closes lips where the source's stay closed; returns the largest deviation before and after, if any
+    /// had to be corrected.
     ///
     /// - `wide`: the offsets of the source and of the target that are added, of the jaw.
     fn seal(
@@ -179,71 +216,74 @@ impl<'a> Contacts<'a> {
         offsets: &mut [[f32; 3]],
     ) -> Option<[f32; 2]> {
         const ROUNDS: usize = 2;
+        /// Lips that miss their place by less, in distances between the eyes, are left: 0.1 mm.
+        const CLOSE: f32 = 1.5e-3;
         let face = &self.target;
         let up = Self::up(face);
         let unit = face.frame.unit as f32;
-        let opens = |lips: &Opening, offsets: &[[f32; 3]]| {
-            let jaw = wide.map_or(0.0, |(_, jaw)| part(lips, jaw).dot(up));
-            part(lips, offsets).dot(up) + jaw
+        let moves = |lips: &Opening| {
+            let longest = lips.upper.of(offsets).length().max(lips.lower.of(offsets).length());
+            longest > TOUCHING * unit
         };
-        if face.lips.iter().all(|lips| part(lips, offsets) == Vec3::ZERO) {
+        if !face.lips.iter().any(moves) {
             return None;
         }
-        let parted = self.parted(source, wide);
-        let wanted = |lips: &Opening, offsets: &[[f32; 3]]| {
-            let found = opens(lips, offsets);
-            // Without a source to compare with, lips may part, but not overlap.
-            let is_shut = parted.map_or(wide.is_some(), |parted| !parted);
-            if is_shut { Some(0.0) } else { (found < 0.0).then_some(0.0) }
+        let Lips { wanted, jaw } = self.lips(source, wide);
+        let misses = |offsets: &[[f32; 3]]| -> Vec<Option<f32>> {
+            let openings = face.lips.iter().zip(&jaw);
+            let found = openings.map(|(lips, jaw)| part(lips, offsets).dot(up) + jaw);
+            let miss = |(wanted, found): (&Option<[f32; 2]>, f32)| {
+                let [least, most] = (*wanted)?;
+                Some(found - found.clamp(least, most))
+            };
+            wanted.iter().zip(found).map(miss).collect()
         };
-        let misses = |offsets: &[[f32; 3]]| {
-            largest(
-                face.lips
-                    .iter()
-                    .filter_map(|lips| Some(opens(lips, offsets) - wanted(lips, offsets)?)),
-            )
-        };
-        let before = misses(offsets);
-        if before.abs() < 1e-4 * unit {
+        let worst = |offsets: &[[f32; 3]]| largest(misses(offsets).into_iter().flatten());
+        let before = worst(offsets);
+        if before.abs() < CLOSE * unit {
             return None;
         }
         for _ in 0..ROUNDS {
-            let conditions: Vec<Condition> = face
-                .lips
-                .iter()
-                .filter_map(|lips| {
-                    let change = wanted(lips, offsets)? - opens(lips, offsets);
-                    Some(condition(lips, up, change))
-                })
-                .collect();
-            self.correct(&conditions, offsets);
+            let changes: Vec<_> =
+                misses(offsets).into_iter().map(|miss| miss.map(|miss| -miss)).collect();
+            self.correct(&self.lips, &changes, offsets);
         }
-        Some([before, misses(offsets)])
+        Some([before, worst(offsets)])
     }
 
-    /// Whether the source's lips part; `None` if they could not be found.
-    fn parted(
-        &self,
-        source: &[[f32; 3]],
-        wide: Option<&(Vec<[f32; 3]>, Vec<[f32; 3]>)>,
-    ) -> Option<bool> {
-        let face = self.source.as_ref()?;
-        let up = Self::up(face);
-        let most = |offsets: &[[f32; 3]], jaw: Option<&Vec<[f32; 3]>>| {
-            let opens = |lips: &Opening| {
-                part(lips, offsets).dot(up) + jaw.map_or(0.0, |jaw| part(lips, jaw).dot(up))
-            };
-            face.lips.iter().map(opens).fold(0.0, f32::max)
+    /// How far the lips should part: no farther than the source's if those stay closed, and not overlap
+    /// more, as rolled lips do behind the line where they touch at rest. Without a source to compare
+    /// with, lips close if they were opened by the jaw before.
+    fn lips(&self, source: &[[f32; 3]], wide: Option<&(Vec<[f32; 3]>, Vec<[f32; 3]>)>) -> Lips {
+        let scale = self.deform.alignment().scale as f32;
+        let openings = |face: &Face, offsets: &[[f32; 3]]| -> Vec<f32> {
+            let up = Self::up(face);
+            face.lips.iter().map(|lips| part(lips, offsets).dot(up)).collect()
         };
-        let limit = match wide {
-            Some((jaw, _)) => SEALED * most(jaw, None),
-            None => TOUCHING * face.frame.unit as f32,
+        let columns = self.target.lips.len();
+        let jaw = wide.map_or_else(|| vec![0.0; columns], |(_, jaw)| openings(&self.target, jaw));
+        let Some(face) = &self.source else {
+            return Lips { wanted: vec![wide.map(|_| [0.0; 2]); columns], jaw };
         };
-        Some(most(source, wide.map(|(jaw, _)| jaw)) > limit)
+        let mut from = openings(face, source);
+        let mut limit = TOUCHING * face.frame.unit as f32;
+        if let Some((jaw, _)) = wide {
+            let opened = openings(face, jaw);
+            limit = limit.max(SEALED * opened.iter().copied().fold(0.0, f32::max));
+            from.iter_mut().zip(opened).for_each(|(from, opened)| *from += opened);
+        }
+        // Both run from one corner to the other, though some places may lack an opening.
+        let wanted = |column: usize| {
+            let found = from[column * from.len() / columns];
+            let touching = TOUCHING * face.frame.unit as f32;
+            (found < limit).then(|| [found.min(0.0), found.clamp(0.0, touching)].map(|d| scale * d))
+        };
+        Lips { wanted: (0..columns).map(wanted).collect(), jaw }
     }
 
-    fn correct(&self, conditions: &[Condition], offsets: &mut [[f32; 3]]) {
-        for (offset, change) in offsets.iter_mut().zip(self.deform.correction(conditions)) {
+    fn correct(&self, handles: &Handles, changes: &[Option<f32>], offsets: &mut [[f32; 3]]) {
+        let correction = self.deform.correction(handles, changes);
+        for (offset, change) in offsets.iter_mut().zip(correction) {
             (0..3).for_each(|k| offset[k] += change[k]);
         }
     }
@@ -254,14 +294,9 @@ fn part(opening: &Opening, values: &[[f32; 3]]) -> Vec3 {
     opening.upper.of(values) - opening.lower.of(values)
 }
 
-/// That an opening changes by some amount along an axis.
-fn condition(opening: &Opening, axis: Vec3, value: f32) -> Condition {
-    let side = |spot: &super::super::surface::Spot, sign: f32| {
-        let entry = move |&(vertex, share): &(u32, f32)| (vertex, (axis * sign * share).to_array());
-        spot.parts().iter().map(entry).collect::<Vec<_>>()
-    };
-    let row = [side(&opening.upper, 1.0), side(&opening.lower, -1.0)].concat();
-    Condition { row, value }
+/// The height of a spot along an axis.
+fn row(spot: &Spot, axis: Vec3) -> Row {
+    spot.parts().iter().map(|&(vertex, share)| (vertex, (axis * share).to_array())).collect()
 }
 
 /// The value with the largest magnitude; 0 if there is none.

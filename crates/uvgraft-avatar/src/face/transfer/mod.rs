@@ -5,14 +5,17 @@
 //! meet and lips close where they do on the source (`contacts.rs`).
 
 mod contacts;
+mod heads;
 mod parts;
 mod presets;
 
+use uvgraft::correspond::FindError;
 use uvgraft::deform::{DeformError, DeformationTransfer};
-use uvgraft::{Pair, threads};
+use uvgraft::{Mesh, Pair, threads};
 
 use self::contacts::Contacts;
 pub use self::contacts::{Contact, ContactKind};
+pub use self::heads::pair_heads;
 use self::parts::Parts;
 pub use self::presets::{AddedExpressions, add_named};
 use super::FaceError;
@@ -35,6 +38,9 @@ pub enum TransferError {
     /// The meshes or their pieces do not allow it.
     #[error("expressions cannot be transferred: {0}")]
     Deform(#[from] DeformError),
+    /// The heads cannot be paired.
+    #[error("expressions cannot be transferred: {0}")]
+    Pair(#[from] FindError),
 }
 
 /// Expressions on another head.
@@ -102,6 +108,18 @@ pub fn transfer(pair: &Pair, morphs: &[Morph]) -> Result<Transferred, TransferEr
         }
     }
     Ok(Transferred { morphs: carried, unmoved, contacts, unmeasured })
+}
+
+/// Carries expressions between two meshes that are not paired yet: see [`pair_heads`] and [`transfer`].
+///
+/// # Errors
+/// [`TransferError`] if the heads cannot be paired, or if [`transfer`] refuses them.
+pub fn transfer_between(
+    source: &Mesh,
+    morphs: &[Morph],
+    target: &Mesh,
+) -> Result<Transferred, TransferError> {
+    transfer(&pair_heads(source, target)?, morphs)
 }
 
 /// An offset for each vertex.
