@@ -11,7 +11,6 @@ use std::collections::BTreeMap;
 use glam::Vec2;
 use uvgraft::Mesh;
 
-use crate::joints;
 use crate::t_pose::Weights;
 
 /// Joints of the neck and head.
@@ -201,6 +200,7 @@ fn compact(faces: &[[u32; 3]]) -> (Vec<u32>, Vec<[u32; 3]>) {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::joints;
 
     /// Grids of quads in MakeHuman's layout: a large one and two small ones of the head, and one of
     /// the trunk.

@@ -21,6 +21,7 @@ mod license;
 mod regressor;
 mod rig;
 mod shapes;
+pub mod skin;
 mod t_pose;
 mod target;
 mod wheel;

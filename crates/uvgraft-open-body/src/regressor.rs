@@ -9,12 +9,15 @@ use uvgraft::threads;
 
 use crate::t_pose::Points;
 
-/// Vertices that determine a joint.
-const VERTICES: usize = 48;
-/// Squared weight of the regularisation, relative to the mean square of the samples: the smallest
-/// weights among those that fit equally well.
-const RIDGE: f64 = 1e-5;
-/// Weight of moving everything by a metre, after which joints must be exact.
+/// Vertices that determine a joint, in each of the eight octants around it: inside a body, the
+/// nearest ones would all lie on one side.
+const VERTICES: usize = 8;
+/// Squared weight of the regularisation, in square metres: the smallest weights among those that
+/// fit equally well.
+const RIDGE: f64 = 1e-7;
+/// Weight of the template, in which joints must be exact.
+const TEMPLATE: f64 = 30.0;
+/// Weight of moving everything by a metre, after which joints must be exact too.
 const SHIFT: f64 = 30.0;
 
 /// Weights of each joint's vertices, which sum to 1.
@@ -30,9 +33,18 @@ pub(crate) fn fit(
     threads::map_indices(template.joints.len(), |joint| {
         let place = Vec3::from(template.joints[joint]);
         let distance = |&vertex: &usize| place.distance_squared(template.vertices[vertex].into());
-        let mut near: Vec<usize> = (0..template.vertices.len()).filter(|&at| is_fit(at)).collect();
-        near.sort_by(|a, b| distance(a).total_cmp(&distance(b)).then(a.cmp(b)));
-        near.truncate(VERTICES);
+        let octant = |vertex: usize| {
+            let offset = Vec3::from(template.vertices[vertex]) - place;
+            offset.to_array().map(|value| value > 0.0)
+        };
+        let mut all: Vec<usize> = (0..template.vertices.len()).filter(|&at| is_fit(at)).collect();
+        all.sort_by(|a, b| distance(a).total_cmp(&distance(b)).then(a.cmp(b)));
+        let mut near = Vec::with_capacity(8 * VERTICES);
+        for signs in 0..8 {
+            let signs = [0, 1, 2].map(|axis| signs >> axis & 1 == 1);
+            let there = all.iter().copied().filter(|&vertex| octant(vertex) == signs);
+            near.extend(there.take(VERTICES));
+        }
         let weights = solve(template, components, joint, &near);
         (near.iter().zip(weights)).map(|(&at, weight)| (at as u32, weight as f32)).collect()
     })
@@ -56,7 +68,7 @@ fn solve(template: &Points, components: &[Points], joint: usize, near: &[usize])
     for axis in 0..3 {
         let row: Vec<f64> = near
             .iter()
-            .map(|&at| f64::from(template.vertices[at][axis]) - f64::from(place[axis]))
+            .map(|&at| TEMPLATE * (f64::from(template.vertices[at][axis]) - f64::from(place[axis])))
             .collect();
         add(&row, 0.0);
     }
@@ -68,11 +80,9 @@ fn solve(template: &Points, components: &[Points], joint: usize, near: &[usize])
         }
     }
     add(&vec![SHIFT; count], SHIFT);
-    let mean = components.len().max(1) as f64;
-    let ridge = RIDGE * mean;
     for at in 0..count {
-        matrix[(at, at)] += ridge;
-        right[at] += ridge / count as f64;
+        matrix[(at, at)] += RIDGE;
+        right[at] += RIDGE / count as f64;
     }
     let mut weights: Vec<f64> = match Cholesky::new(matrix) {
         Some(factor) => factor.solve(&right).iter().copied().collect(),

