@@ -25,6 +25,8 @@ pub(super) struct Body {
     pub(super) grounds: Vec<String>,
     /// How well the model's expressions could be solved.
     pub(super) solved: Option<(BodyKind, ExpressionReport)>,
+    /// The terms of the model, if its file states them.
+    pub(super) license: Option<String>,
 }
 
 impl Body {
@@ -44,9 +46,6 @@ impl Body {
     }
 
     fn figure(args: &Args, mesh: &Mesh, recordings: &[Recording]) -> anyhow::Result<Self> {
-        if args.betas.is_some() {
-            return Err(bad_input("--betas cannot be used with --body demo, whose shape is fixed"));
-        }
         let figure = Figure::new();
         if !is_same(mesh, &figure.body) {
             let (found, wanted) = (mesh.positions().len(), figure.body.positions().len());
@@ -75,6 +74,7 @@ impl Body {
             apart: Vec::new(),
             grounds,
             solved: None,
+            license: None,
         })
     }
 
@@ -92,11 +92,15 @@ impl Body {
             // Clips are compared with the model, which uses all correctives.
             correctives: !recordings.is_empty(),
         };
-        let ModelFile { model, gender, unused } = ModelFile::read(path, &needs).or_bad_input()?;
+        let ModelFile { model, gender, license, unused } =
+            ModelFile::read(path, &needs).or_bad_input()?;
         if args.verbose && !unused.is_empty() {
             note(format_args!("{}: unused: {}", path.display(), unused.join(", ")));
         }
-        let shape = Shape { betas, ..Shape::default() };
+        let shape = match &args.shape {
+            Some(values) => values.of(&model, path)?,
+            None => Shape { betas, ..Shape::default() },
+        };
         let shaped = model.shaped(&shape).map_err(|error| refused(&error))?;
         check_shape(args, shaped.positions())?;
         let mut avatar = shaped.avatar(mesh.clone()).map_err(|error| {
@@ -115,7 +119,7 @@ impl Body {
         }
         let name = format!("{} of {}", model.kind().name(), path.display());
         let solved = Some((model.kind(), solved));
-        Ok(Self { avatar, name, apart, grounds, solved })
+        Ok(Self { avatar, name, apart, grounds, solved, license })
     }
 }
 
