@@ -10,6 +10,7 @@ mod features;
 mod gaze;
 mod measures;
 mod movement;
+mod named;
 mod quadratic;
 mod solve;
 mod surface;
@@ -22,6 +23,7 @@ pub use self::features::Face;
 pub use self::gaze::add_gaze;
 pub use self::measures::Measures;
 pub use self::movement::BlendBasis;
+pub use self::named::{AddedExpressions, add_named};
 pub use self::solve::{Solved, UnmetTarget, solve};
 
 /// Why a face could not be measured.

@@ -10,6 +10,7 @@ use uvgraft_io::arrays;
 
 use super::Args;
 use super::betas::far_from_people;
+use super::carried;
 use super::motions::{Performers, Recording};
 use crate::failure::{OrBadInput, bad_input, note, warn};
 
@@ -38,11 +39,15 @@ impl Body {
             .iter()
             .map(|path| Recording::read(path))
             .collect::<Result<_, _>>()?;
-        if args.body == Path::new("demo") {
-            Self::figure(args, mesh, &recordings)
+        let mut body = if args.body == Path::new("demo") {
+            Self::figure(args, mesh, &recordings)?
         } else {
-            Self::model(args, mesh, &recordings)
+            Self::model(args, mesh, &recordings)?
+        };
+        if let Some(path) = &args.expressions {
+            carried::add(path, &mut body)?;
         }
+        Ok(body)
     }
 
     fn figure(args: &Args, mesh: &Mesh, recordings: &[Recording]) -> anyhow::Result<Self> {

@@ -2,6 +2,7 @@
 
 mod betas;
 mod body;
+mod carried;
 mod dress;
 mod expressions;
 mod face;
@@ -99,6 +100,13 @@ pub(crate) struct Args {
     #[arg(long, value_name = "NAME=VALUE,...", value_parser = shape::parse, conflicts_with = "betas")]
     #[arg(help_heading = heading::BODY)]
     shape: Option<shape::NamedValues>,
+    /// Model file whose named expressions are carried to the body, such as the open body
+    ///
+    /// They become morph targets and expressions, with ARKit's names in the case of the open body. VRM's
+    /// presets are made of them where the body's own model cannot make them. The heads are registered
+    /// to each other, which takes some seconds.
+    #[arg(long, value_name = "MODEL", help_heading = heading::BODY)]
+    expressions: Option<PathBuf>,
     #[command(flatten)]
     playing: PlayArgs,
     /// Size of the body texture in texels [default: the base's, within the preset]

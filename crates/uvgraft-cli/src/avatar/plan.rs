@@ -129,6 +129,7 @@ fn check_files(
         .chain(onto.path())
         .chain(materials.inputs())
         .chain(models)
+        .chain(args.expressions.as_deref())
         .chain(args.playing.motion.iter().map(PathBuf::as_path))
         .chain(args.blending.inputs())
         .chain(args.region.inputs())

@@ -7,7 +7,6 @@
 mod contacts;
 mod heads;
 mod parts;
-mod presets;
 
 use uvgraft::correspond::FindError;
 use uvgraft::deform::{DeformError, DeformationTransfer};
@@ -17,7 +16,6 @@ use self::contacts::Contacts;
 pub use self::contacts::{Contact, ContactKind};
 pub use self::heads::pair_heads;
 use self::parts::Parts;
-pub use self::presets::{AddedExpressions, add_named};
 use super::FaceError;
 use crate::rig::Morph;
 
@@ -137,6 +135,3 @@ fn sparse(name: &str, offsets: &[[f32; 3]], least: f32) -> Morph {
     let offsets = (0..).zip(offsets.iter().copied()).filter(|(_, offset)| moves(offset)).collect();
     Morph { name: name.to_owned(), offsets }
 }
-
-#[cfg(test)]
-mod tests;

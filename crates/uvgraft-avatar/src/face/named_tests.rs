@@ -1,8 +1,6 @@
 use uvgraft_figure::Figure;
 
 use super::*;
-use crate::face::Face;
-use crate::rig::ExpressionPreset as Preset;
 
 /// The figure with ARKit's names for what its morphs do, and no expressions.
 fn figure() -> (crate::Avatar, Vec<Morph>) {
@@ -33,7 +31,7 @@ fn named_morphs_become_expressions_and_presets() {
     let added = add_named(&mut avatar, morphs.clone());
     assert_eq!((added.named, added.taken.len()), (count, 0));
     use Preset::*;
-    assert_eq!(added.presets, [BlinkLeft, BlinkRight, Blink, Aa, Ou, Oh]);
+    assert_eq!(added.presets, [Sad, Aa, Ou, Oh, BlinkLeft, BlinkRight, Blink]);
     avatar.check().unwrap();
     let names: Vec<&str> = avatar.expressions.iter().map(|e| e.name.as_str()).collect();
     assert!(["jawOpen", "blink", "aa"].iter().all(|name| names.contains(name)), "{names:?}");

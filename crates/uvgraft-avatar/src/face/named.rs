@@ -1,43 +1,53 @@
-//! VRM's presets, made of ARKit's blend shapes.
+//! Expressions by name: each is a morph target and a custom expression, and VRM's presets are
+//! combinations of them if they have ARKit's names.
 
-use super::super::Face;
-use super::super::measures::Quantity;
-use super::super::measures::{row, value};
-use super::super::targets::{Of, TARGETS, Target};
+use super::Face;
+use super::measures::{Quantity, row, value};
+use super::targets::{Of, TARGETS, Target};
 use crate::Avatar;
 use crate::rig::{Expression, ExpressionPreset as Preset, Morph};
 
-/// A preset, and the blend shapes that make it. Those with a single side stand for it, the others are
-/// for both: `Both` is replaced by `Left` and `Right`.
-type Recipe = (Preset, &'static [(&'static str, f32)]);
-
-const RECIPES: [Recipe; 17] = [
-    (Preset::BlinkLeft, &[("eyeBlinkLeft", 1.0)]),
-    (Preset::BlinkRight, &[("eyeBlinkRight", 1.0)]),
-    (Preset::Blink, &[("eyeBlinkBoth", 1.0)]),
-    (Preset::Aa, &[("jawOpen", 0.6)]),
-    (Preset::Ih, &[("jawOpen", 0.2), ("mouthStretchBoth", 0.4)]),
-    (Preset::Ou, &[("mouthPucker", 0.8), ("mouthFunnel", 0.25), ("jawOpen", 0.05)]),
+/// VRM's presets by ARKit's blend shapes. Names that end in `*` stand for both sides. Weights leave
+/// room for a mouth that speaks and eyes that blink at the same time.
+const PRESETS: [(Preset, &[(&str, f32)]); 17] = [
     (
-        Preset::Ee,
+        Preset::Happy,
+        &[("mouthSmile*", 0.8), ("cheekSquint*", 0.5), ("eyeSquint*", 0.3), ("mouthDimple*", 0.2)],
+    ),
+    (
+        Preset::Angry,
         &[
-            ("mouthStretchBoth", 0.6),
-            ("mouthSmileBoth", 0.25),
-            ("mouthLowerDownBoth", 0.5),
-            ("mouthUpperUpBoth", 0.3),
+            ("browDown*", 1.0),
+            ("eyeSquint*", 0.4),
+            ("noseSneer*", 0.5),
+            ("mouthPress*", 0.5),
+            ("mouthFrown*", 0.4),
         ],
     ),
-    (Preset::Oh, &[("jawOpen", 0.35), ("mouthFunnel", 0.5), ("mouthPucker", 0.25)]),
-    (Preset::Happy, &[("mouthSmileBoth", 0.7), ("cheekSquintBoth", 0.4), ("eyeSquintBoth", 0.2)]),
-    (Preset::Angry, &[("browDownBoth", 0.9), ("noseSneerBoth", 0.3), ("mouthPressBoth", 0.3)]),
-    (Preset::Sad, &[("browInnerUp", 0.9), ("mouthFrownBoth", 0.8)]),
-    (Preset::Relaxed, &[("mouthSmileBoth", 0.3), ("eyeSquintBoth", 0.2)]),
+    (
+        Preset::Sad,
+        &[
+            ("browInnerUp", 0.9),
+            ("mouthFrown*", 0.8),
+            ("mouthShrugLower", 0.4),
+            ("eyeSquint*", 0.2),
+        ],
+    ),
+    (Preset::Relaxed, &[("mouthSmile*", 0.35), ("eyeBlink*", 0.25), ("browInnerUp", 0.15)]),
     (
         Preset::Surprised,
-        &[("browInnerUp", 0.8), ("browOuterUpBoth", 0.8), ("eyeWideBoth", 0.6), ("jawOpen", 0.25)],
+        &[("browInnerUp", 0.8), ("browOuterUp*", 0.8), ("eyeWide*", 0.8), ("jawOpen", 0.35)],
     ),
-    (Preset::LookUp, &[("eyeLookUpBoth", 1.0)]),
-    (Preset::LookDown, &[("eyeLookDownBoth", 1.0)]),
+    (Preset::Aa, &[("jawOpen", 0.7), ("mouthUpperUp*", 0.15), ("mouthLowerDown*", 0.2)]),
+    (Preset::Ih, &[("jawOpen", 0.25), ("mouthStretch*", 0.4), ("mouthLowerDown*", 0.25)]),
+    (Preset::Ou, &[("jawOpen", 0.15), ("mouthPucker", 0.7), ("mouthFunnel", 0.3)]),
+    (Preset::Ee, &[("jawOpen", 0.15), ("mouthSmile*", 0.4), ("mouthStretch*", 0.5)]),
+    (Preset::Oh, &[("jawOpen", 0.45), ("mouthFunnel", 0.6)]),
+    (Preset::BlinkLeft, &[("eyeBlinkLeft", 1.0)]),
+    (Preset::BlinkRight, &[("eyeBlinkRight", 1.0)]),
+    (Preset::Blink, &[("eyeBlink*", 1.0)]),
+    (Preset::LookUp, &[("eyeLookUp*", 1.0)]),
+    (Preset::LookDown, &[("eyeLookDown*", 1.0)]),
     (Preset::LookLeft, &[("eyeLookOutLeft", 1.0), ("eyeLookInRight", 1.0)]),
     (Preset::LookRight, &[("eyeLookInLeft", 1.0), ("eyeLookOutRight", 1.0)]),
 ];
@@ -77,7 +87,7 @@ pub fn add_named(avatar: &mut Avatar, morphs: Vec<Morph>) -> AddedExpressions {
         avatar.morphs.push(morph);
         added.named += 1;
     }
-    for (preset, recipe) in RECIPES {
+    for (preset, recipe) in PRESETS {
         if avatar.expressions.iter().any(|expression| expression.preset == Some(preset)) {
             continue;
         }
@@ -95,16 +105,21 @@ pub fn add_named(avatar: &mut Avatar, morphs: Vec<Morph>) -> AddedExpressions {
     added
 }
 
-/// The numbers of a recipe's morphs, and their weights; `None` if one is missing.
+/// The numbers of a recipe's morphs, and their weights; `None` if one of the strongest is missing.
 fn mixture(morphs: &[Morph], recipe: &[(&str, f32)]) -> Option<Vec<(usize, f32)>> {
+    let strongest = recipe.iter().map(|&(_, weight)| weight).fold(0.0, f32::max);
     let mut mixture = Vec::new();
     for &(name, weight) in recipe {
-        let names = match name.strip_suffix("Both") {
+        let names = match name.strip_suffix('*') {
             Some(stem) => vec![format!("{stem}Left"), format!("{stem}Right")],
             None => vec![name.to_owned()],
         };
         for name in names {
-            mixture.push((morphs.iter().position(|morph| morph.name == name)?, weight));
+            match morphs.iter().position(|morph| morph.name == name) {
+                Some(number) => mixture.push((number, weight)),
+                None if weight == strongest => return None,
+                None => {}
+            }
         }
     }
     Some(mixture)
@@ -134,3 +149,7 @@ fn scale(face: &Face, avatar: &Avatar, target: &Target, mixture: &[(usize, f32)]
     let most = mixture.iter().map(|&(_, weight)| weight.recip()).fold(f32::INFINITY, f32::min);
     if moved > 0.0 { (reached / moved).clamp(LEAST, most.max(LEAST)) } else { 1.0 }
 }
+
+#[cfg(test)]
+#[path = "named_tests.rs"]
+mod tests;
