@@ -24,12 +24,12 @@ pub(crate) fn bake(
     background: Color,
     color: impl Fn(&Spot) -> Color + Sync,
 ) -> Texture {
-    let mut part_of = vec![BodyPart::default(); mesh.faces().len()];
-    parts.iter().for_each(|part| part_of[part.faces.clone()].fill(part.part));
+    let mut part_of: Vec<Option<BodyPart>> = vec![None; mesh.faces().len()];
+    parts.iter().for_each(|part| part_of[part.faces.clone()].fill(Some(part.part)));
     let faces = parts.iter().flat_map(|part| part.faces.clone());
     bake::bake(mesh, faces, size, background, |spot| {
         let bake::Spot { face, position, normal } = *spot;
-        color(&Spot { part: part_of[face], position, normal })
+        part_of[face].map_or(background, |part| color(&Spot { part, position, normal }))
     })
 }
 

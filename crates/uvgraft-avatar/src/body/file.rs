@@ -36,6 +36,8 @@ pub struct ModelFile {
     /// The terms of the model, if the file states them: one line for each part, which copies and
     /// derived works should quote.
     pub license: Option<String>,
+    /// Names of the parts of its mesh, such as `skin` and `tongue`, if the file states them.
+    pub parts: Vec<String>,
     /// Names of arrays in the file that are not used.
     pub unused: Vec<String>,
 }
@@ -54,9 +56,12 @@ const WHOLE: [&str; 10] = [
     "gender",
 ];
 /// Strings read in full.
-const TEXTS: [&str; 4] = [EXPRESSION_NAMES, PARAMETERS, LICENSE, LICENSE_TEXTS];
+const TEXTS: [&str; 4] = [EXPRESSION_NAMES, PARAMETERS, LICENSE, PART_NAMES];
+/// What only other readers use.
+const ELSEWHERE: [&str; 8] =
+    ["license_texts", "face_part", "vt", "ft", "head_v", "head_f", "head_vt", "head_ft"];
 const LICENSE: &str = "license";
-const LICENSE_TEXTS: &str = "license_texts";
+const PART_NAMES: &str = "part_names";
 const KIND: &str = "kintree_table";
 const SHAPES: &str = "shapedirs";
 const POSES: &str = "posedirs";
@@ -103,6 +108,8 @@ impl ModelFile {
             BodyModel::without_correctives(&Fields(&arrays), kind, known).map_err(refused)?;
         let gender = Gender::from_arrays(&arrays).or_else(|| Gender::of_file(path));
         let license = arrays.text(LICENSE).map(str::to_owned);
+        let parts = arrays.text(PART_NAMES).unwrap_or_default();
+        let parts = parts.lines().map(str::to_owned).collect();
         let unused = unused(&arrays);
         drop(arrays);
 
@@ -125,7 +132,7 @@ impl ModelFile {
             let poses = read_correctives(&Fields(&poses), &model, Some(features));
             model.correctives = poses.map_err(refused)?;
         }
-        Ok(Self { model, gender, license, unused })
+        Ok(Self { model, gender, license, parts, unused })
     }
 }
 
@@ -150,7 +157,9 @@ fn is_whole(name: &str) -> bool {
 }
 
 fn unused(arrays: &NamedArrays) -> Vec<String> {
-    let is_used = |name: &&str| is_whole(name) || [KIND, SHAPES, POSES].contains(name);
+    let is_used = |name: &&str| {
+        is_whole(name) || [KIND, SHAPES, POSES].contains(name) || ELSEWHERE.contains(name)
+    };
     arrays.names().filter(|name| !is_used(name)).map(str::to_owned).collect()
 }
 

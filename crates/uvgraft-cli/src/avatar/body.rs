@@ -28,6 +28,8 @@ pub(super) struct Body {
     pub(super) solved: Option<(BodyKind, ExpressionReport)>,
     /// The terms of the model, if its file states them.
     pub(super) license: Option<String>,
+    /// Whether the model has teeth and a tongue.
+    pub(super) has_mouth: bool,
 }
 
 impl Body {
@@ -80,6 +82,7 @@ impl Body {
             grounds,
             solved: None,
             license: None,
+            has_mouth: false,
         })
     }
 
@@ -97,7 +100,7 @@ impl Body {
             // Clips are compared with the model, which uses all correctives.
             correctives: !recordings.is_empty(),
         };
-        let ModelFile { model, gender, license, unused } =
+        let ModelFile { model, gender, license, parts, unused } =
             ModelFile::read(path, &needs).or_bad_input()?;
         if args.verbose && !unused.is_empty() {
             note(format_args!("{}: unused: {}", path.display(), unused.join(", ")));
@@ -124,7 +127,8 @@ impl Body {
         }
         let name = format!("{} of {}", model.kind().name(), path.display());
         let solved = Some((model.kind(), solved));
-        Ok(Self { avatar, name, apart, grounds, solved, license })
+        let has_mouth = parts.iter().any(|part| part == "tongue");
+        Ok(Self { avatar, name, apart, grounds, solved, license, has_mouth })
     }
 }
 

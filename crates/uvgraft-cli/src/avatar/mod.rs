@@ -224,7 +224,10 @@ pub(crate) fn run(args: &Args) -> anyhow::Result<ExitCode> {
             if let Some((_, parted)) = &parted {
                 body.avatar = features::with_layout(body.avatar, &parted.mesh)?;
             }
-            let mouth = args.features.fit_mouth(&body.avatar);
+            let mouth = match body.has_mouth {
+                true => None,
+                false => args.features.fit_mouth(&body.avatar),
+            };
             anyhow::Ok((body, mouth))
         },
         || {
@@ -238,7 +241,7 @@ pub(crate) fn run(args: &Args) -> anyhow::Result<ExitCode> {
         },
     );
     let ((body, mouth), dressed) = (body?, dressed?);
-    let Body { avatar, name, apart, grounds, solved, license } = body;
+    let Body { avatar, name, apart, grounds, solved, license, .. } = body;
     let license = license.as_deref();
     let missing = avatar.skeleton.missing_bones();
     if plan.vrm.is_some() && !missing.is_empty() {
