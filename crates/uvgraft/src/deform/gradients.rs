@@ -7,8 +7,8 @@ use crate::mesh::Mesh;
 
 /// Faces whose sine of an angle is below this have no reliable gradient.
 const THINNEST: f64 = 1e-3;
-/// Limit of a gradient's norm: lids that fold stretch slivers between their margins beyond measure.
-const STEEPEST: f64 = 6.0;
+/// Limit of a gradient's norm. Corners of a mouth reach 30.
+const STEEPEST: f64 = 100.0;
 
 /// The faces at rest, inverted.
 #[derive(Debug, Clone)]
