@@ -58,6 +58,9 @@ pub(super) struct Contacts<'a> {
     lips: Handles,
 }
 
+/// The offsets of the source's and of the target's vertices where the jaw is open.
+type Opened = (Vec<[f32; 3]>, Vec<[f32; 3]>);
+
 /// The lips in an expression, along the up axis, relative to rest.
 struct Lips {
     /// The range in which each opening of the target should be; `None` where they part.
@@ -212,7 +215,7 @@ impl<'a> Contacts<'a> {
     fn seal(
         &self,
         source: &[[f32; 3]],
-        wide: Option<&(Vec<[f32; 3]>, Vec<[f32; 3]>)>,
+        wide: Option<&Opened>,
         offsets: &mut [[f32; 3]],
     ) -> Option<[f32; 2]> {
         const ROUNDS: usize = 2;
@@ -254,7 +257,7 @@ impl<'a> Contacts<'a> {
     /// How far the lips should part: no farther than the source's if those stay closed, and not overlap
     /// more, as rolled lips do behind the line where they touch at rest. Without a source to compare
     /// with, lips close if they were opened by the jaw before.
-    fn lips(&self, source: &[[f32; 3]], wide: Option<&(Vec<[f32; 3]>, Vec<[f32; 3]>)>) -> Lips {
+    fn lips(&self, source: &[[f32; 3]], wide: Option<&Opened>) -> Lips {
         let scale = self.deform.alignment().scale as f32;
         let openings = |face: &Face, offsets: &[[f32; 3]]| -> Vec<f32> {
             let up = Self::up(face);

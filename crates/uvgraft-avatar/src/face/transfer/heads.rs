@@ -24,7 +24,7 @@ pub fn pair_heads(source: &Mesh, target: &Mesh) -> Result<Pair, FindError> {
         target: target_faces[piece.target as usize],
         ..piece
     };
-    let [source, target] = [source, target].map(|mesh| without_layout(mesh, mesh.faces().to_vec()));
+    let [source, target] = [source, target].map(|mesh| without_layout(mesh, mesh.faces()));
     Pair::from_pieces(source, target, found.pieces().map(whole))
         .map_err(|_| FindError(vec![Refusal::Outside]))
 }
@@ -48,13 +48,13 @@ fn head(mesh: &Mesh) -> (Mesh, Vec<u32>) {
         },
     );
     let faces = if faces.is_empty() { all() } else { faces };
-    let chosen = faces.iter().map(|&face| mesh.faces()[face as usize]).collect();
-    (without_layout(mesh, chosen), faces)
+    let chosen: Vec<[u32; 3]> = faces.iter().map(|&face| mesh.faces()[face as usize]).collect();
+    (without_layout(mesh, &chosen), faces)
 }
 
 /// Some triangles of a mesh, with a single UV coordinate.
-fn without_layout(mesh: &Mesh, faces: Vec<[u32; 3]>) -> Mesh {
+fn without_layout(mesh: &Mesh, faces: &[[u32; 3]]) -> Mesh {
     let corners = vec![[0; 3]; faces.len()];
-    Mesh::from_triangles(mesh.positions().to_vec(), vec![[0.5; 2]], &faces, &corners)
+    Mesh::from_triangles(mesh.positions().to_vec(), vec![[0.5; 2]], faces, &corners)
         .unwrap_or_else(|_| mesh.clone())
 }
