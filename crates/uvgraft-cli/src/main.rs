@@ -9,6 +9,7 @@
 mod avatar;
 mod bench;
 mod blending;
+mod body;
 mod compare;
 mod completions;
 mod demo;
@@ -87,6 +88,7 @@ enum Command {
     Roundtrip(roundtrip::Args),
     Compare(compare::Args),
     Map(map::Args),
+    Body(body::Args),
     Avatar(Box<avatar::Args>),
     Render(Box<render::Args>),
     View(view::Args),
@@ -119,6 +121,7 @@ fn run(cli: &Cli) -> anyhow::Result<ExitCode> {
         Command::Roundtrip(args) => roundtrip::run(args),
         Command::Compare(args) => compare::run(args),
         Command::Map(args) => map::run(args),
+        Command::Body(args) => body::run(args),
         Command::Avatar(args) => avatar::run(args),
         Command::Render(args) => render::run(args),
         Command::View(args) => view::run(args),

@@ -1,5 +1,6 @@
 //! A body model, as stored in its file.
 
+use std::collections::BTreeSet;
 use std::ops::Range;
 
 use uvgraft::threads;
@@ -8,7 +9,7 @@ use uvgraft_io::arrays::NamedArrays;
 use super::correctives::Correctives;
 use super::fields::{Axis, Fields};
 use super::hands::Hand;
-use super::{BodyError, BodyKind, Shaped};
+use super::{BodyError, BodyKind, NamedShapes, Shaped};
 use crate::rig::{Joint, Skeleton, Skin};
 
 /// Upper limit of the number of vertices: as many as 24-bit indices can address.
@@ -26,8 +27,11 @@ pub struct BodyModel {
     pub(super) kind: BodyKind,
     pub(super) template: Vec<[f32; 3]>,
     /// Components of shape, then of expression.
-    directions: Directions,
+    pub(super) directions: Directions,
     betas: usize,
+    /// Names of the expression components; empty where they have none.
+    expression_names: Vec<String>,
+    pub(super) named_shapes: Option<NamedShapes>,
     pub(super) correctives: Correctives,
     /// For each joint, the vertices that determine its position, with their weights.
     regressor: Vec<Vec<(u32, f32)>>,
@@ -38,7 +42,7 @@ pub struct BodyModel {
 
 /// Offsets of all coordinates, one row for each component.
 #[derive(Debug, Clone)]
-struct Directions {
+pub(super) struct Directions {
     rows: Vec<f32>,
     width: usize,
 }
@@ -64,7 +68,8 @@ impl BodyModel {
     /// - `kintree_table` `[2, J]`: parents, then joints. The number of joints determines the kind.
     /// - Optional: `posedirs` `[V, 3, 9 * (J - 1)]`, without which poses have no correctives,
     ///   `hands_componentsl`, `hands_componentsr` `[45, 45]` and `hands_meanl`, `hands_meanr`
-    ///   `[45]`.
+    ///   `[45]`; `expression_names`, a string with a line for each component of `exprdirs`; and
+    ///   those of [`NamedShapes`].
     ///
     /// [`ModelFile`](super::ModelFile) reads only the parts of a file that are needed.
     ///
@@ -119,11 +124,15 @@ impl BodyModel {
             ],
         };
         let correctives = Correctives::none(vertices, kind.features());
+        let expression_names = read_names(fields, directions.count() - betas)?;
+        let named_shapes = NamedShapes::read(fields.0, betas)?;
         Ok(Self {
             kind,
             template,
             directions,
             betas,
+            expression_names,
+            named_shapes,
             correctives,
             regressor,
             skin,
@@ -160,6 +169,12 @@ impl BodyModel {
     /// Number of expression components.
     pub fn expressions(&self) -> usize {
         self.directions.count() - self.betas
+    }
+
+    /// Names of the expression components, such as ARKit's blend shapes, which are full expressions
+    /// at a coefficient of 1; empty for models whose components are learnt and have no names.
+    pub fn expression_names(&self) -> &[String] {
+        &self.expression_names
     }
 
     /// Skinning weights of the vertices.
@@ -227,7 +242,7 @@ impl Directions {
     }
 
     /// Adds the components times their coefficients, in the given order.
-    fn add(&self, coefficients: &[(usize, f32)], coordinates: &mut [f32]) {
+    pub(super) fn add(&self, coefficients: &[(usize, f32)], coordinates: &mut [f32]) {
         const CHUNK: usize = 1536;
         threads::for_each_chunk(coordinates, CHUNK, |chunk, coordinates| {
             for &(component, coefficient) in coefficients {
@@ -328,6 +343,21 @@ fn read_directions(
         rows.extend(transposed(&expressions, shape[2], shape[2]));
     }
     Ok((Directions { rows, width: vertices * 3 }, betas))
+}
+
+/// Name of the string with the names of expression components.
+pub(super) const EXPRESSION_NAMES: &str = "expression_names";
+
+/// Reads the names of the expression components, if the file has them.
+fn read_names(fields: &Fields<'_>, expressions: usize) -> Result<Vec<String>, BodyError> {
+    let Some(text) = fields.0.text(EXPRESSION_NAMES) else { return Ok(Vec::new()) };
+    let names: Vec<String> = text.lines().map(str::to_owned).collect();
+    let distinct: BTreeSet<&String> = names.iter().collect();
+    if names.len() == expressions && distinct.len() == expressions {
+        return Ok(names);
+    }
+    let (what, found) = ("distinct `expression_names`", distinct.len());
+    Err(BodyError::Count { what, found, wanted: expressions })
 }
 
 /// The first columns of a table, as rows.

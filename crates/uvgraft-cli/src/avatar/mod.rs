@@ -2,6 +2,7 @@
 
 mod betas;
 mod body;
+mod carried;
 mod dress;
 mod expressions;
 mod face;
@@ -31,6 +32,7 @@ use uvgraft_gltf::preset::{self, FittedAvatar, Preset};
 use uvgraft_io::{output, pair_file};
 
 use crate::blending::BlendArgs;
+use crate::body::shape;
 use crate::failure::{OrBadInput, bad_input};
 use crate::filters::FilterName;
 use crate::heading;
@@ -92,6 +94,19 @@ pub(crate) struct Args {
     /// A file (.npz, .pkl) must contain an array `betas`.
     #[arg(long, value_name = "NUMBERS|FILE", allow_hyphen_values = true, help_heading = heading::BODY)]
     betas: Option<String>,
+    /// Shape by name, such as gender=0.2,weight=0.6,age=0.4,height=1.75
+    ///
+    /// For the open body: see `uvgraft body shape` for the names.
+    #[arg(long, value_name = "NAME=VALUE,...", value_parser = shape::parse, conflicts_with = "betas")]
+    #[arg(help_heading = heading::BODY)]
+    shape: Option<shape::NamedValues>,
+    /// Model file whose named expressions are carried to the body, such as the open body
+    ///
+    /// They become morph targets and expressions, with ARKit's names in the case of the open body. VRM's
+    /// presets are made of them where the body's own model cannot make them. The heads are registered
+    /// to each other, which takes some seconds.
+    #[arg(long, value_name = "MODEL", help_heading = heading::BODY)]
+    expressions: Option<PathBuf>,
     #[command(flatten)]
     playing: PlayArgs,
     /// Size of the body texture in texels [default: the base's, within the preset]
@@ -209,7 +224,10 @@ pub(crate) fn run(args: &Args) -> anyhow::Result<ExitCode> {
             if let Some((_, parted)) = &parted {
                 body.avatar = features::with_layout(body.avatar, &parted.mesh)?;
             }
-            let mouth = args.features.fit_mouth(&body.avatar);
+            let mouth = match body.has_mouth {
+                true => None,
+                false => args.features.fit_mouth(&body.avatar),
+            };
             anyhow::Ok((body, mouth))
         },
         || {
@@ -223,7 +241,8 @@ pub(crate) fn run(args: &Args) -> anyhow::Result<ExitCode> {
         },
     );
     let ((body, mouth), dressed) = (body?, dressed?);
-    let Body { avatar, name, apart, grounds, solved } = body;
+    let Body { avatar, name, apart, grounds, solved, license, .. } = body;
+    let license = license.as_deref();
     let missing = avatar.skeleton.missing_bones();
     if plan.vrm.is_some() && !missing.is_empty() {
         // Comes before messages about a face that will never be in a file.
@@ -261,11 +280,11 @@ pub(crate) fn run(args: &Args) -> anyhow::Result<ExitCode> {
     let looks = maps.looks((color, head), &encoder).or_bad_input()?;
     let export = Export {
         name: args.meta.title(&args.output),
-        copyright: args.meta.copyright(),
-        extras: if is_vrm { Default::default() } else { args.meta.extras() },
+        copyright: args.meta.copyright(license),
+        extras: if is_vrm { Default::default() } else { args.meta.extras(license) },
         thumbnail: shown.and_then(|shown| shown.thumbnail(&avatar, &looks)),
         normals,
-        vrm: plan.vrm,
+        vrm: plan.vrm.map(|vrm| meta::made_from(vrm, license)),
         levels: levels.inside(),
     };
     let refused = |error: &dyn std::fmt::Display| {

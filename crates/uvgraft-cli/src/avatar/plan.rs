@@ -68,10 +68,14 @@ fn is_vrm(output: &Path) -> anyhow::Result<bool> {
 }
 
 fn check_body(args: &Args) -> anyhow::Result<()> {
-    let Some(betas) = &args.betas else { return Ok(()) };
-    if args.body == Path::new("demo") {
-        return Err(bad_input("--betas cannot be used with --body demo, whose shape is fixed"));
+    let given = [("--betas", args.betas.is_some()), ("--shape", args.shape.is_some())];
+    if let Some((option, _)) = given.iter().find(|(_, is_given)| *is_given)
+        && args.body == Path::new("demo")
+    {
+        let why = "cannot be used with --body demo, whose shape is fixed";
+        return Err(bad_input(format!("{option} {why}")));
     }
+    let Some(betas) = &args.betas else { return Ok(()) };
     if !Path::new(betas).exists() {
         body::betas(betas)?;
     }
@@ -125,6 +129,7 @@ fn check_files(
         .chain(onto.path())
         .chain(materials.inputs())
         .chain(models)
+        .chain(args.expressions.as_deref())
         .chain(args.playing.motion.iter().map(PathBuf::as_path))
         .chain(args.blending.inputs())
         .chain(args.region.inputs())
