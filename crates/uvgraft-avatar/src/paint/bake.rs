@@ -170,3 +170,18 @@ fn spread(texels: &mut [u8], painted: &mut [u8], width: usize, gutter: usize) {
         }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_gutter_takes_the_nearest_colour() {
+        let mut texels = vec![0; 15];
+        texels[6] = 9;
+        let mut painted = vec![0, 0, 1, 0, 0];
+        spread(&mut texels, &mut painted, 5, 1);
+        assert_eq!(painted, [0, 2, 1, 2, 0]);
+        assert_eq!((texels[3], texels[9], texels[12]), (9, 9, 0));
+    }
+}

@@ -80,6 +80,12 @@ pub(super) fn run(args: &Args) -> anyhow::Result<()> {
         let mut arrays = arrays::read(path).or_bad_input()?;
         let template = NumericArray::new_f32(vec![positions.len(), 3], positions.concat());
         arrays.insert("v_template", template.context("three coordinates for each vertex")?);
+        let joints: Vec<f32> =
+            shaped.skeleton().joints().iter().flat_map(|joint| joint.position).collect();
+        if arrays.take("J_template").is_some() {
+            let template = NumericArray::new_f32(vec![joints.len() / 3, 3], joints);
+            arrays.insert("J_template", template.context("three coordinates for each joint")?);
+        }
         arrays.remove("shape_parameters");
         for grid in 0.. {
             if arrays.take(&format!("shape_grid_{grid}")).is_none() {

@@ -71,8 +71,6 @@ impl Face {
         if q.y < -14.0 {
             return color;
         }
-        let inside = self.inside(q);
-        let color = blend(color, scaled(tone.blood(), 0.62), inside);
         let color = blend(color, self.lips(spot.position, tone), lips(q));
         let color = self.brow(color, q);
         match self.hair {
@@ -81,11 +79,12 @@ impl Face {
         }
     }
 
-    /// The inner mouth and the sockets: skin that lies well behind the openings.
-    fn inside(&self, q: Vec3) -> f32 {
-        let mouth = Vec3::new(q.x, q.y - MOUTH.y, q.z - MOUTH.z);
-        let deep = smoothstep(-1.0, -2.0, mouth.z) * smoothstep(-6.6, -6.0, mouth.z);
-        deep * f32::from(u8::from(mouth.x < 2.9 && mouth.y.abs() < 2.2))
+    /// The inner mouth, darker towards the throat, and the backs of the lids.
+    pub(super) fn inside(&self, place: Vec3, tone: &SkinTone) -> Color {
+        let depth = (self.mouth().z - place.z) / self.scale;
+        let is_eye = place.y > self.middle.y - 3.5 * self.scale;
+        let shade = if is_eye { 0.85 } else { 0.85 - 0.55 * smoothstep(0.5, 4.5, depth) };
+        scaled(blend(tone.blood(), [0.62, 0.30, 0.29], 0.5), shade)
     }
 
     fn lips(&self, place: Vec3, tone: &SkinTone) -> Color {
@@ -107,8 +106,9 @@ impl Face {
             let width = wide + (narrow - wide) * along;
             cover = cover.max(smoothstep(width * 1.25, width * 0.55, distance));
         }
-        let hairs = noise2(place.x * 9.0 - place.y * 4.0, place.y * 5.0 + place.x * 3.0, 161);
-        blend(color, self.brows, cover * (0.72 + 0.28 * hairs).clamp(0.0, 1.0))
+        // Hairs that slant outwards.
+        let hairs = noise2(place.x * 22.0 - place.y * 16.0, place.y * 3.0, 161);
+        blend(color, self.brows, cover * (0.74 + 0.22 * hairs).clamp(0.0, 1.0))
     }
 }
 
@@ -140,7 +140,7 @@ fn scalp(q: Vec3) -> f32 {
         - 1.2 * line(92.0, 112.0)
         - 5.6 * line(112.0, 145.0);
     let ear = smoothstep(7.0, 7.5, q.x) * smoothstep(2.0, 1.0, q.y) * smoothstep(-10.0, -9.0, q.z);
-    let rough = 0.35 * noise2(angle * 0.9, p.y * 0.8, 165) + 0.2 * noise2(angle * 2.3, p.y, 166);
+    let rough = 0.16 * noise2(angle * 0.7, p.y * 0.8, 165) + 0.16 * noise2(angle * 2.6, p.y, 166);
     smoothstep(-0.30, 0.30, p.y - height + rough) * (1.0 - ear)
 }
 

@@ -57,6 +57,8 @@ impl SkinOptions {
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum Part {
     Skin,
+    /// Inside the mouth, or behind the lids.
+    Inside,
     Eye(usize),
     Teeth,
     Tongue,
@@ -86,9 +88,10 @@ impl Part {
 pub fn paint_skin(mesh: &Mesh, body: &Shaped<'_>, size: Size, options: &SkinOptions) -> Texture {
     assert_eq!(mesh.positions().len(), body.positions().len(), "a mesh of the body");
     let joint = |at: usize| Vec3::from(body.skeleton().joints()[at].position) * CM;
-    let parts = parts(mesh);
+    let mut parts = parts(mesh);
     let (face, nails) = (Face::new(&joint, options), Nails::new(body));
     let clothes = Clothes::new(&joint, options);
+    mark_inside(mesh, &mut parts, &[face.mouth(), joint(23), joint(24)]);
     let eyes = [23, 24].map(|at| Eye::new(joint(at), options));
     let skin = |spot: &Spot| {
         let mut color = options.tone.at(spot.position, face.flush(spot.position));
@@ -98,6 +101,7 @@ pub fn paint_skin(mesh: &Mesh, body: &Shaped<'_>, size: Size, options: &SkinOpti
     };
     let color = |spot: &Spot| match parts[spot.face] {
         Part::Skin => skin(spot),
+        Part::Inside => face.inside(spot.position, &options.tone),
         Part::Eye(side) => eyes[side].color(spot.position),
         Part::Teeth => eyes::teeth(spot.position, face.mouth()),
         Part::Tongue => eyes::tongue(spot.position),
@@ -115,6 +119,44 @@ fn parts(mesh: &Mesh) -> Vec<Part> {
         }
     }
     parts
+}
+
+/// Marks the skin of small islands around the mouth and the eyes, which are inside.
+///
+/// - `openings`: their middles, in centimetres.
+fn mark_inside(mesh: &Mesh, parts: &mut [Part], openings: &[Vec3; 3]) {
+    /// All parts of an opening are within this, in centimetres.
+    const NEAR: f32 = 9.0;
+    let mut island: Vec<u32> = (0..mesh.uv().len() as u32).collect();
+    let find = |island: &[u32], mut at: u32| {
+        while island[at as usize] != at {
+            at = island[at as usize];
+        }
+        at
+    };
+    for corners in mesh.uv_faces() {
+        let roots = corners.map(|corner| find(&island, corner));
+        let least = roots.into_iter().min().unwrap_or_default();
+        for at in roots.into_iter().chain(*corners) {
+            island[at as usize] = least;
+        }
+    }
+    let islands: Vec<u32> =
+        mesh.uv_faces().iter().map(|corners| find(&island, corners[0])).collect();
+    let is_near = |vertex: u32| {
+        let place = Vec3::from(mesh.positions()[vertex as usize]) * CM;
+        openings.iter().any(|opening| opening.distance(place) < NEAR)
+    };
+    // An island that leaves the neighbourhood is outside.
+    let mut is_outside = vec![false; mesh.uv().len()];
+    for (corners, &island) in mesh.faces().iter().zip(&islands) {
+        is_outside[island as usize] |= !corners.iter().all(|&vertex| is_near(vertex));
+    }
+    for (part, island) in parts.iter_mut().zip(islands) {
+        if *part == Part::Skin && !is_outside[island as usize] {
+            *part = Part::Inside;
+        }
+    }
 }
 
 /// Multiplies a colour's brightness.
