@@ -90,7 +90,7 @@ book:
 package:
 	$(CARGO) package --locked --workspace --exclude uvgraft-tests
 
-# Regenerates the reference values for the tests of metrics and body models, with 6 GB of Python packages
+# Regenerates the reference values for the tests of metrics, body models and face networks, with 6 GB of Python packages
 # under target/.
 FIXTURES := crates/uvgraft-tests/fixtures
 fixtures:
@@ -101,3 +101,5 @@ fixtures:
 	mv target/metrics.json $(FIXTURES)/metrics.json
 	target/fixtures-venv/bin/python $(FIXTURES)/bodies.py > target/bodies.json
 	mv target/bodies.json $(FIXTURES)/bodies.json
+	target/fixtures-venv/bin/python $(FIXTURES)/faces.py target/test-data > target/faces.json
+	mv target/faces.json $(FIXTURES)/faces.json

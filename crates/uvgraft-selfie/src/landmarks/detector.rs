@@ -185,7 +185,7 @@ mod tests {
         assert_eq!(merged.len(), 2);
         assert_eq!((merged[0].score, merged[1].score), (0.9, 0.7));
         assert!((merged[0].center[0] - (0.2 * 0.6 + 0.22 * 0.9) / 1.5).abs() < 1e-12);
-        assert_eq!(merged[1].center[0], 0.8);
+        assert!((merged[1].center[0] - 0.8).abs() < 1e-12);
         assert_eq!(merge(vec![at(0.2, 0.0, 0.6), at(0.2, f64::NAN, 0.6)]), []);
     }
 }

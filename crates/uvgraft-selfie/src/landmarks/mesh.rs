@@ -9,9 +9,10 @@
 
 use uvgraft_io::face_networks::LANDMARKS;
 
+use super::FoundFace;
 use super::detector::logistic;
 use super::picture::{Crop, Outside, Picture};
-use super::{FoundFace, LEFT_EYE_OUTER, RIGHT_EYE_OUTER};
+use super::regions::{LEFT_EYE_OUTER, RIGHT_EYE_OUTER};
 use crate::network::{Network, NetworkError};
 
 /// Texels of the network's input along a side.
@@ -44,9 +45,12 @@ pub(super) fn find(
     picture: &Picture<'_>,
     face: &FoundFace,
 ) -> (Vec<[f64; 3]>, f64) {
-    let crop = Crop { center: face.center, side: face.size(), angle: face.eye_angle() };
-    let first = in_crop(network, picture, &crop.scaled(MARGIN));
+    let first = in_crop(network, picture, &first_crop(face));
     in_crop(network, picture, &crop_around(&first.0))
+}
+
+fn first_crop(face: &FoundFace) -> Crop {
+    Crop { center: face.center, side: face.size(), angle: face.eye_angle() }.scaled(MARGIN)
 }
 
 /// The upright square around landmarks, with a margin.

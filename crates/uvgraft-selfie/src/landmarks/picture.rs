@@ -219,7 +219,7 @@ fn color_at(texture: &Texture, index: usize) -> Color {
         color = color.map(color::srgb_from_linear);
     }
     // NaN becomes 0; a network would spread it over everything.
-    let clamped = |value: f32| value.max(0.0).min(1.0);
+    let clamped = |value: f32| if value > 0.0 { value.min(1.0) } else { 0.0 };
     if channels.has_alpha() {
         let alpha = clamped(values[count - 1]);
         color = color.map(|value| BACKDROP + (clamped(value) - BACKDROP) * alpha);

@@ -2,7 +2,8 @@
 //!
 //! A row of a convolution is a matrix product: windows of the input, gathered as rows ("im2col"), times
 //! the kernel. It is computed in tiles of four texels and eight outputs, which stay in registers while
-//! the windows are walked once. Additions keep the reference's order, so the result has the same bits.
+//! the windows are walked once. Additions keep the reference's order and are not fused with
+//! multiplications, so the result has the same bits at every SIMD level.
 
 use super::layer::Convolution;
 use super::reference::activate;
@@ -28,8 +29,27 @@ pub(super) fn panels(kernel: &[f32], outputs: usize) -> Vec<[f32; LANES]> {
     (0..outputs).step_by(LANES).flat_map(panel).collect()
 }
 
+/// Runs a kernel, compiled for AVX2 where there is AVX2.
+#[inline(always)]
+fn vectorized(kernel: impl FnOnce()) {
+    #[cfg(target_arch = "x86_64")]
+    if let Some(simd) = fearless_simd::Level::new().as_avx2() {
+        use fearless_simd::Simd as _;
+        return simd.vectorize(kernel);
+    }
+    kernel();
+}
+
 /// Full convolution.
 pub(super) fn convolve(layer: &Convolution, input: &[f32], output: &mut [f32]) {
+    vectorized(
+        #[inline(always)]
+        || convolve_rows(layer, input, output),
+    );
+}
+
+#[inline(always)]
+fn convolve_rows(layer: &Convolution, input: &[f32], output: &mut [f32]) {
     let windows = &layer.windows;
     let length = windows.taps() * windows.input.channels;
     let row_length = windows.output.width * windows.output.channels;
@@ -69,6 +89,7 @@ fn gather_row(layer: &Convolution, input: &[f32], row: usize, patches: &mut Vec<
 }
 
 /// The product of a row's windows, each of `length` values, and the kernel.
+#[inline(always)]
 fn multiply(layer: &Convolution, length: usize, patches: &[f32], output: &mut [f32]) {
     let outputs = layer.windows.output.channels;
     let tiles = patches.chunks(TEXELS * length).zip(output.chunks_mut(TEXELS * outputs));
@@ -113,6 +134,7 @@ fn tile(panel: &[[f32; LANES]], patches: &[f32], length: usize, sums: &mut [[f32
 }
 
 /// Adds the products of one panel and one window.
+#[inline(always)]
 fn single(panel: &[[f32; LANES]], patch: &[f32], sums: &mut [f32; LANES]) {
     for (weights, &value) in panel.iter().zip(patch) {
         for lane in 0..LANES {
@@ -123,6 +145,14 @@ fn single(panel: &[[f32; LANES]], patch: &[f32], sums: &mut [f32; LANES]) {
 
 /// Depthwise convolution: all channels of a texel at once.
 pub(super) fn convolve_depthwise(layer: &Convolution, input: &[f32], output: &mut [f32]) {
+    vectorized(
+        #[inline(always)]
+        || convolve_depthwise_texels(layer, input, output),
+    );
+}
+
+#[inline(always)]
+fn convolve_depthwise_texels(layer: &Convolution, input: &[f32], output: &mut [f32]) {
     let Convolution { windows, kernel, bias, activation, .. } = layer;
     let channels = windows.input.channels;
     for (texel, sums) in output.chunks_exact_mut(channels).enumerate() {
