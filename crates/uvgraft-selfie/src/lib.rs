@@ -11,6 +11,7 @@ mod color_model;
 mod completion;
 mod components;
 pub mod depth_map;
+mod expression;
 mod fit;
 mod fusion;
 mod head;

@@ -30,6 +30,8 @@ pub(crate) struct Evidence<'a> {
     /// Distance between the eyes in the photograph, in pixels.
     pub unit_px: f64,
     pub labels: Option<&'a Labels>,
+    /// `[vertices]`: height above the eyes, in distances between them.
+    pub heights: &'a [f32],
 }
 
 /// The result.
@@ -61,10 +63,10 @@ impl Evidence<'_> {
             if self.seen[texel] > 0.0 { [self.share(texel, &skin, hair.as_ref())] } else { [0.0] }
         });
         // What is beside hair or cloth is mixed with it.
-        let radius = (size.width.max(size.height) as usize / 700).max(1);
+        let radius = (size.width.max(size.height) as usize / 400).max(1);
         let around = blurred(size, &raw, radius);
         let face = raw.iter().zip(around);
-        let face = face.map(|(raw, around)| raw[0] * smoothstep(0.45, 0.9, around[0])).collect();
+        let face = face.map(|(raw, around)| raw[0] * smoothstep(0.6, 0.97, around[0])).collect();
         Segmentation { face, scalp }
     }
 
@@ -93,6 +95,10 @@ impl Evidence<'_> {
             .into_iter()
             .map(|area| self.at(area, texel))
             .fold(0.0, f32::max);
+        // Within the face and not above the brows, where fringes are.
+        let within = smoothstep(0.08, 0.3, depth(&self.outlines.oval, 0.3));
+        let below_brows = 1.0 - smoothstep(0.3, 0.5, self.height(texel));
+        let certain = certain.max(within * below_brows);
         let scalp = self.at(Area::Scalp, texel);
         let color = self.colors[texel];
         let distance = skin.distance(color) as f32;
@@ -111,6 +117,13 @@ impl Evidence<'_> {
         let certain = smoothstep(0.3, 0.8, certain);
         let share = by_color + (by_place - by_color) * certain;
         share.max(outlined) * (1.0 - opening) * (1.0 - smoothstep(0.3, 0.7, inside))
+    }
+
+    /// Height of a texel above the eyes, in distances between them.
+    fn height(&self, texel: usize) -> f32 {
+        let Some(place) = self.texels.place(texel) else { return 0.0 };
+        let corners = self.head.mesh.faces()[place.face as usize];
+        (0..3).map(|k| place.weights[k] as f32 * self.heights[corners[k] as usize]).sum()
     }
 
     fn uv(&self, texel: usize) -> [f64; 2] {

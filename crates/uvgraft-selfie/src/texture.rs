@@ -145,6 +145,9 @@ fn layer(
         }
     });
     let middle = photo.camera.view(DVec3::from(head.anatomy.frame().origin));
+    let frame = head.anatomy.frame();
+    let height = |position: &[f32; 3]| frame.local(position.map(f64::from))[1] as f32;
+    let heights: Vec<f32> = head.mesh.positions().iter().map(height).collect();
     let evidence = Evidence {
         head,
         texels,
@@ -154,6 +157,7 @@ fn layer(
         outlines: &FaceOutlines::new(&photo.landmarks),
         unit_px: photo.camera.scale(middle.z) * head.unit(),
         labels,
+        heights: &heights,
     };
     let Segmentation { face, scalp } = evidence.segment();
     let known = seen.seen.iter().zip(face).map(|(seen, face)| seen * face).collect();
@@ -172,7 +176,7 @@ fn light(
     normal: &impl Fn(usize) -> Option<DVec3>,
 ) -> Option<Light> {
     const SAMPLES: usize = 20_000;
-    const PLAIN: [Area; 5] = [Area::Cheeks, Area::Forehead, Area::Nose, Area::Jaw, Area::Neck];
+    const PLAIN: [Area; 4] = [Area::Cheeks, Area::Forehead, Area::Nose, Area::Jaw];
     let is_plain = |face: &[u32; 3]| {
         face.iter()
             .all(|&vertex| PLAIN.iter().any(|&area| head.anatomy.area(area)[vertex as usize] > 0.5))
