@@ -27,6 +27,7 @@ mod projection;
 mod raster;
 mod segmentation;
 mod texture;
+mod tracked;
 
 pub use self::camera::Camera;
 pub use self::fit::{Fit, FittedPhoto, PhotoLandmarks};
@@ -36,3 +37,4 @@ pub use self::light::Relight;
 pub use self::likeness::{Likeness, LikenessError};
 pub use self::projection::{Projection, ProjectionError};
 pub use self::texture::{SelfieError, SelfieTexture, TextureOptions, textured};
+pub use self::tracked::TrackedPhoto;

@@ -213,9 +213,6 @@ pub(crate) fn run(args: &Args) -> anyhow::Result<ExitCode> {
         },
     );
     let (mut body, selfie) = (body?, selfie?);
-    if let Some(selfie) = &selfie {
-        to_stdout(&selfie.text(&file.source_name))?;
-    }
     let parted = features::parted(&given)?;
     if let Some((pair, _)) = &parted {
         file.pair = Arc::clone(pair);
@@ -319,7 +316,8 @@ pub(crate) fn run(args: &Args) -> anyhow::Result<ExitCode> {
         levels: levels.rows(&level_files),
         limits: plan.preset.as_ref().map(|preset| preset.limits),
     };
-    to_stdout(&made.text())?;
+    let of_photographs = selfie.map(|selfie| selfie.text(&file.source_name)).unwrap_or_default();
+    to_stdout(&(of_photographs + &made.text()))?;
     Ok(ExitCode::SUCCESS)
 }
 

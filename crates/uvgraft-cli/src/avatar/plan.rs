@@ -131,8 +131,8 @@ fn check_files(
     let read: Vec<&Path> = [&args.pair, &args.face]
         .into_iter()
         .flatten()
-        .chain(frames.iter().flat_map(|frames| frames.paths()))
         .map(PathBuf::as_path)
+        .chain(frames.iter().flat_map(|frames| frames.files()))
         .chain(onto.path())
         .chain(materials.inputs())
         .chain(models)

@@ -10,7 +10,7 @@ use uvgraft_selfie::Likeness;
 use super::face::Face;
 use crate::failure::{OrBadInput, bad_input};
 use crate::heading;
-use crate::selfie::{Frames, PhotoArgs, Selfie, check_inputs};
+use crate::selfie::{Frames, GivenHead, PhotoArgs, Selfie};
 
 /// Options for photographs in place of a face texture.
 #[derive(clap::Args)]
@@ -41,7 +41,7 @@ impl SelfieArgs {
             return Ok(None);
         }
         let frames = Frames::new(&self.photos, &self.photographs)?;
-        check_inputs(frames.paths())?;
+        frames.check()?;
         Ok(Some(frames))
     }
 
@@ -49,8 +49,8 @@ impl SelfieArgs {
     pub(super) fn fit(&self, frames: &Frames, pair: &Pair, head: &str) -> anyhow::Result<Selfie> {
         /// Side of the face texture: more than most photographs have of a face.
         const SIDE: u32 = 2048;
-        let mesh = pair.source().clone();
-        let selfie = Selfie::new(mesh, head, frames, &self.photographs, Size::square(SIDE))?;
+        let head = GivenHead { mesh: pair.source().clone(), name: head, flame: None };
+        let selfie = Selfie::new(head, frames, &self.photographs, Size::square(SIDE))?;
         selfie.warn();
         Ok(selfie)
     }

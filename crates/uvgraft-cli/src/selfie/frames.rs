@@ -4,6 +4,7 @@ use std::path::{Path, PathBuf};
 
 use anyhow::Context;
 use uvgraft_io::image::Format;
+use uvgraft_io::tracking::{self, TrackedFrame};
 
 use super::options::PhotoArgs;
 use crate::failure::{OrBadInput, bad_input};
@@ -15,6 +16,24 @@ pub(crate) enum Frames {
     Files(Vec<PathBuf>),
     /// Frames of a folder, of which those without a face are left out.
     Folder(Vec<PathBuf>),
+    /// Frames of a tracked video, likewise.
+    Tracked(Vec<TrackedFrame>),
+}
+
+/// A photograph that is to be read.
+#[derive(Debug, Clone, Copy)]
+pub(super) enum Frame<'a> {
+    Image(&'a Path),
+    Tracked(&'a TrackedFrame),
+}
+
+impl<'a> Frame<'a> {
+    pub(super) fn path(self) -> &'a Path {
+        match self {
+            Self::Image(path) => path,
+            Self::Tracked(frame) => &frame.image,
+        }
+    }
 }
 
 impl Frames {
@@ -30,7 +49,12 @@ impl Frames {
         if let [folder] = given
             && folder.is_dir()
         {
-            return Ok(Self::Folder(evenly(images_in(folder)?, most)));
+            return Ok(match tracking::detect(folder).or_bad_input()? {
+                Some(_) => {
+                    Self::Tracked(evenly(tracking::read(folder).or_bad_input()?.frames, most))
+                }
+                None => Self::Folder(evenly(images_in(folder)?, most)),
+            });
         }
         if given.len() > MOST_FILES {
             let count = given.len();
@@ -52,10 +76,35 @@ impl Frames {
         Ok(Self::Files(given.to_vec()))
     }
 
-    pub(crate) fn paths(&self) -> &[PathBuf] {
-        match self {
-            Self::Files(paths) | Self::Folder(paths) => paths,
+    /// The images.
+    pub(super) fn iter(&self) -> impl Iterator<Item = Frame<'_>> {
+        let (images, tracked): (&[PathBuf], &[TrackedFrame]) = match self {
+            Self::Files(paths) | Self::Folder(paths) => (paths, &[]),
+            Self::Tracked(frames) => (&[], frames),
+        };
+        let images = images.iter().map(|path| Frame::Image(path));
+        images.chain(tracked.iter().map(Frame::Tracked))
+    }
+
+    /// All files that are read.
+    pub(crate) fn files(&self) -> impl Iterator<Item = &Path> {
+        self.iter().flat_map(|frame| {
+            let mask = match frame {
+                Frame::Image(_) => None,
+                Frame::Tracked(frame) => frame.mask.as_deref(),
+            };
+            [frame.path()].into_iter().chain(mask)
+        })
+    }
+
+    /// Rejects photographs that are missing.
+    pub(crate) fn check(&self) -> anyhow::Result<()> {
+        for path in self.files() {
+            if let Err(error) = path.metadata() {
+                return Err(bad_input(format!("{}: {error}", path.display())));
+            }
         }
+        Ok(())
     }
 }
 
@@ -116,7 +165,7 @@ mod tests {
         let at = |name: &str| folder.path().join(name);
         let frames = Frames::at_most(&[folder.path().to_path_buf()], 9).unwrap();
         assert_eq!(frames, Frames::Folder(vec![at("a.png"), at("b.jpg")]));
-        assert_eq!(frames.paths().len(), 2);
+        assert_eq!(frames.files().count(), 2);
         Frames::at_most(&[at("a.png"), folder.path().to_path_buf()], 9).unwrap_err();
         Frames::at_most(&[at("a.png"), at("a.png")], 9).unwrap_err();
     }

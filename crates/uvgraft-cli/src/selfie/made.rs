@@ -1,8 +1,7 @@
 //! From photographs to a fitted head and its texture.
 
-use std::path::Path;
-
 use uvgraft::{Area, Mesh, Size};
+use uvgraft_avatar::body::BodyModel;
 use uvgraft_selfie::landmarks::FaceNetworks;
 use uvgraft_selfie::{
     Fit, Head, HeadError, PhotoLandmarks, SelfieTexture, TextureOptions, textured,
@@ -12,6 +11,7 @@ use super::frames::Frames;
 use super::networks;
 use super::options::PhotoArgs;
 use super::photo::Photo;
+use super::tracked;
 use crate::failure::{OrBadInput, bad_input, warn};
 
 /// A head fitted to photographs, and its texture.
@@ -23,24 +23,32 @@ pub(crate) struct Selfie {
     pub(crate) made: SelfieTexture,
 }
 
+/// The head to fit.
+pub(crate) struct GivenHead<'a> {
+    pub(crate) mesh: Mesh,
+    /// What to call it in messages.
+    pub(crate) name: &'a str,
+    /// The model that it is of, for the parameters of tracked videos.
+    pub(crate) flame: Option<&'a BodyModel>,
+}
+
 /// Number of pixels that are kept of all photographs together.
 const MOST_PIXELS: usize = 64_000_000;
 
 impl Selfie {
-    /// - `mesh`: a mesh with a head, `name` for messages.
     /// - `size`: of the texture.
     ///
     /// # Errors
     /// As bad input if networks were not imported, if the mesh has no head, and for photographs
     /// that are of no use.
     pub(crate) fn new(
-        mesh: Mesh,
-        name: &str,
+        given: GivenHead<'_>,
         frames: &Frames,
         args: &PhotoArgs,
         size: Size,
     ) -> anyhow::Result<Self> {
         let networks = networks::load()?;
+        let GivenHead { mesh, name, flame } = given;
         let (head, photos) = rayon::join(
             || {
                 let detect = |drawing: &_| networks::of_drawing(&networks, drawing);
@@ -50,9 +58,7 @@ impl Selfie {
         );
         let head = head.map_err(|error| no_head(name, &error))?;
         let photos = photos?;
-        let landmarks: Vec<PhotoLandmarks> =
-            photos.iter().map(|photo| photo.landmarks.clone()).collect();
-        let fit = Fit::new(&head, &landmarks).ok_or_else(|| {
+        let fit = fitted(&head, &photos, flame)?.ok_or_else(|| {
             bad_input(format!("{name}: its head does not fit the face in the photographs"))
         })?;
         let windows =
@@ -107,25 +113,38 @@ impl Selfie {
 
 /// Reads photographs one after the other: only a part of each is kept.
 fn read(frames: &Frames, networks: &FaceNetworks, args: &PhotoArgs) -> anyhow::Result<Vec<Photo>> {
-    let most = MOST_PIXELS / frames.paths().len().max(1);
-    let one = |path: &Path| Photo::read(path, networks, args, most);
-    match frames {
-        Frames::Files(paths) => paths.iter().map(|path| one(path)).collect(),
-        Frames::Folder(paths) => {
-            let (mut photos, mut refused) = (Vec::new(), Vec::new());
-            for path in paths {
-                match one(path) {
-                    Ok(photo) => photos.push(photo),
-                    Err(error) => refused.push(error),
-                }
-            }
-            if let (true, Some(error)) = (photos.is_empty(), refused.pop()) {
-                return Err(error);
-            }
-            refused.iter().for_each(|error| warn(format_args!("frame left out: {error:#}")));
-            Ok(photos)
+    let most = MOST_PIXELS / frames.iter().count().max(1);
+    let photos = frames.iter().map(|frame| Photo::read(frame, networks, args, most));
+    if let Frames::Files(_) = frames {
+        return photos.collect();
+    }
+    let (mut usable, mut refused) = (Vec::new(), Vec::new());
+    for photo in photos {
+        match photo {
+            Ok(photo) => usable.push(photo),
+            Err(error) => refused.push(error),
         }
     }
+    if let (true, Some(error)) = (usable.is_empty(), refused.pop()) {
+        return Err(error);
+    }
+    refused.iter().for_each(|error| warn(format_args!("frame left out: {error:#}")));
+    Ok(usable)
+}
+
+/// The fit by a tracker's parameters where they are known, and else by landmarks.
+fn fitted(head: &Head, photos: &[Photo], flame: Option<&BodyModel>) -> anyhow::Result<Option<Fit>> {
+    if let Some(model) = flame
+        && let Some(fit) = tracked::fit(head, model, photos)?
+    {
+        return Ok(Some(fit));
+    }
+    let landmarks: Vec<PhotoLandmarks> = photos.iter().map(Photo::centered).collect();
+    Ok(Fit::new(head, &landmarks).map(|fit| {
+        let photos = photos.iter().zip(fit.photos);
+        let photos = photos.map(|(photo, fitted)| photo.uncentered(fitted)).collect();
+        Fit { photos, ..fit }
+    }))
 }
 
 fn no_head(name: &str, error: &HeadError) -> anyhow::Error {

@@ -8,6 +8,7 @@ mod options;
 mod photo;
 mod sheet;
 mod summary;
+mod tracked;
 mod window;
 
 use std::path::{Path, PathBuf};
@@ -26,7 +27,7 @@ use crate::mesh_file::{self, MeshFile};
 use crate::picture::check_name;
 use crate::report::{parse_size, to_stdout};
 pub(crate) use frames::Frames;
-pub(crate) use made::Selfie;
+pub(crate) use made::{GivenHead, Selfie};
 pub(crate) use options::PhotoArgs;
 
 /// Make a head texture from photographs of a face
@@ -81,7 +82,11 @@ const MOST_TEXELS: usize = 4096 * 4096;
 pub(crate) fn run(args: &Args) -> anyhow::Result<ExitCode> {
     let frames = args.check()?;
     let (mesh, name) = read_head(&args.head)?;
-    let selfie = Selfie::new(mesh, &name, &frames, &args.photographs, args.size)?;
+    // The parameters of trackers are of use only with the model.
+    let is_tracked = matches!(frames, Frames::Tracked(_));
+    let flame = is_tracked.then(|| tracked::flame(&args.head)).flatten();
+    let head = GivenHead { mesh, name: &name, flame: flame.as_ref() };
+    let selfie = Selfie::new(head, &frames, &args.photographs, args.size)?;
     let mut text = selfie.text(&name);
     save(&selfie.made.texture, &args.output)?;
     text += &summary::output("texture", &args.output);
@@ -130,25 +135,14 @@ impl Args {
         }
         let frames = Frames::new(&self.photos, &self.photographs)?;
         let head = MeshFile::parse(&self.head).path;
-        check_inputs(frames.paths())?;
-        let inputs = frames.paths().iter().chain([&head]).map(PathBuf::as_path);
-        let mut outputs = Outputs::new(inputs);
+        frames.check()?;
+        let mut outputs = Outputs::new(frames.files().chain([&*head]));
         let optional = [&self.known, &self.mesh, &self.cameras, &self.sheet];
         for path in [&self.output].into_iter().chain(optional.into_iter().flatten()) {
             outputs.check(path)?;
         }
         Ok(frames)
     }
-}
-
-/// Rejects photographs that are missing.
-pub(crate) fn check_inputs(paths: &[PathBuf]) -> anyhow::Result<()> {
-    for path in paths {
-        if let Err(error) = path.metadata() {
-            return Err(bad_input(format!("{}: {error}", path.display())));
-        }
-    }
-    Ok(())
 }
 
 /// The mesh, and what to call it.

@@ -4,10 +4,13 @@ use std::path::{Path, PathBuf};
 
 use uvgraft::{Depth, Size};
 use uvgraft_io::image;
+use uvgraft_io::tracking::TrackedFrame;
 use uvgraft_selfie::landmarks::{FaceError, FaceNetworks};
-use uvgraft_selfie::{Camera, PhotoLandmarks};
+use uvgraft_selfie::{Camera, FittedPhoto, PhotoLandmarks};
 
+use super::frames::Frame;
 use super::options::PhotoArgs;
+use super::tracked;
 use super::window::{Bounds, Window};
 use crate::failure::{OrBadInput, bad_input};
 
@@ -19,6 +22,7 @@ const MOST_BYTES: usize = 400 << 20;
 pub(crate) enum FocalSource {
     Option,
     Exif,
+    Tracker,
     Assumed,
 }
 
@@ -32,6 +36,10 @@ pub(crate) struct Photo {
     pub(crate) focal: FocalSource,
     /// What is kept of it.
     pub(crate) window: Window,
+    /// What a tracker knows of it.
+    pub(crate) tracked: Option<TrackedFrame>,
+    /// Where its optical axis is, in pixels.
+    center_px: [f64; 2],
 }
 
 impl Photo {
@@ -40,24 +48,65 @@ impl Photo {
     /// # Errors
     /// As bad input if the file is not an image of a face from the front.
     pub(super) fn read(
-        path: &Path,
+        frame: Frame<'_>,
         networks: &FaceNetworks,
         args: &PhotoArgs,
         most: usize,
     ) -> anyhow::Result<Self> {
+        let path = frame.path();
         check_size(path)?;
-        let texture = image::read(path).or_bad_input()?.texture;
+        let mut texture = image::read(path).or_bad_input()?.texture;
+        let tracked = match frame {
+            Frame::Image(_) => None,
+            Frame::Tracked(frame) => {
+                texture = tracked::masked(texture, frame.mask.as_deref())?;
+                Some(frame.clone())
+            }
+        };
         let size = texture.size();
         let found =
             networks.find(&texture, args.choice()).map_err(|error| refused(path, &error))?;
         let given = args.focal_px(size).map(|focal| (focal, FocalSource::Option));
         let exif = || image::read_focal_length_px(path).ok().flatten();
+        let camera = tracked.as_ref().map(|frame| frame.camera.for_size(size));
+        let by_tracker = camera.map(|camera| (tracked::focal_px(&camera), FocalSource::Tracker));
+        let center_px = camera.map_or_else(
+            || [size.width, size.height].map(|side| 0.5 * f64::from(side)),
+            |camera| [camera.cx, camera.cy],
+        );
         let (focal_px, focal) = given
+            .or(by_tracker)
             .or_else(|| exif().map(|focal| (focal, FocalSource::Exif)))
             .unwrap_or((Camera::usual_focal_px(size), FocalSource::Assumed));
         let window = Window::around(&found.points, texture, most).or_bad_input()?;
         let landmarks = PhotoLandmarks { points: found.points, size, focal_px: Some(focal_px) };
-        Ok(Self { path: path.to_path_buf(), landmarks, focal, window })
+        let path = path.to_path_buf();
+        Ok(Self { path, landmarks, focal, window, tracked, center_px })
+    }
+
+    /// Its landmarks as if the optical axis were in the middle of it, as fits assume.
+    pub(super) fn centered(&self) -> PhotoLandmarks {
+        let [dx, dy] = self.off_center();
+        let points = self.landmarks.points.iter().map(|&[x, y, z]| [x - dx, y - dy, z]);
+        PhotoLandmarks { points: points.collect(), ..self.landmarks.clone() }
+    }
+
+    /// A fit to [`Photo::centered`] as one to the photograph.
+    pub(super) fn uncentered(&self, mut fitted: FittedPhoto) -> FittedPhoto {
+        let shift = self.off_center();
+        for k in [0, 1] {
+            fitted.camera.center_px[k] += shift[k];
+            fitted.landmarks.iter_mut().for_each(|point| point[k] += shift[k]);
+        }
+        fitted
+    }
+
+    fn off_center(&self) -> [f64; 2] {
+        let size = self.landmarks.size;
+        [
+            self.center_px[0] - 0.5 * f64::from(size.width),
+            self.center_px[1] - 0.5 * f64::from(size.height),
+        ]
     }
 
     /// Longer side of the face, in pixels of the photograph.

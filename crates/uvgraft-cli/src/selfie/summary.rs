@@ -75,6 +75,7 @@ impl Selfie {
         let source = match photo.focal {
             FocalSource::Option => "as given",
             FocalSource::Exif => "from EXIF",
+            FocalSource::Tracker => "as tracked",
             FocalSource::Assumed => "assumed",
         };
         format!(
