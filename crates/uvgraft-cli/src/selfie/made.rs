@@ -65,7 +65,8 @@ impl Selfie {
             photos.iter().zip(&fit.photos).map(|(photo, fitted)| photo.window.fitted(fitted));
         let of_windows = Fit { shaped: fit.shaped.clone(), photos: windows.collect() };
         let pixels: Vec<_> = photos.iter().map(|photo| photo.window.pixels.clone()).collect();
-        let options = TextureOptions { size, relight: args.relight(), ..TextureOptions::default() };
+        let mut options = TextureOptions::default();
+        (options.size, options.relight) = (size, args.relight());
         let made = textured(&head, &of_windows, &pixels, &options).or_bad_input()?;
         Ok(Self { head, photos, fit, made })
     }

@@ -35,7 +35,7 @@ pub(crate) struct Photo {
     /// Where the focal length in `landmarks` comes from.
     pub(crate) focal: FocalSource,
     /// What is kept of it.
-    pub(crate) window: Window,
+    pub(super) window: Window,
     /// What a tracker knows of it.
     pub(crate) tracked: Option<TrackedFrame>,
     /// Where its optical axis is, in pixels.
