@@ -41,6 +41,7 @@ mod role_file;
 mod roundtrip;
 mod scores;
 mod seams;
+mod selfie;
 mod table;
 mod transfer;
 mod view;
@@ -89,6 +90,7 @@ enum Command {
     Compare(compare::Args),
     Map(map::Args),
     Body(body::Args),
+    Selfie(Box<selfie::Args>),
     Avatar(Box<avatar::Args>),
     Render(Box<render::Args>),
     View(view::Args),
@@ -122,6 +124,7 @@ fn run(cli: &Cli) -> anyhow::Result<ExitCode> {
         Command::Compare(args) => compare::run(args),
         Command::Map(args) => map::run(args),
         Command::Body(args) => body::run(args),
+        Command::Selfie(args) => selfie::run(args),
         Command::Avatar(args) => avatar::run(args),
         Command::Render(args) => render::run(args),
         Command::View(args) => view::run(args),

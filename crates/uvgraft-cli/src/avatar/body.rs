@@ -41,7 +41,7 @@ impl Body {
             .iter()
             .map(|path| Recording::read(path))
             .collect::<Result<_, _>>()?;
-        let mut body = if args.body == Path::new("demo") {
+        let mut body = if args.is_figure() {
             Self::figure(args, mesh, &recordings)?
         } else {
             Self::model(args, mesh, &recordings)?
@@ -60,7 +60,7 @@ impl Body {
                 "{}: --body demo needs the pair written by `uvgraft demo`, whose target must have \
                  {wanted} vertices in its own layout, got {found}; for other bodies, pass a model \
                  file",
-                args.pair.display()
+                args.pair_name()
             )));
         }
         let mut avatar = figure.avatar();
@@ -112,7 +112,7 @@ impl Body {
         let shaped = model.shaped(&shape).map_err(|error| refused(&error))?;
         check_shape(args, shaped.positions())?;
         let mut avatar = shaped.avatar(mesh.clone()).map_err(|error| {
-            let (body, pair) = (path.display(), args.pair.display());
+            let (body, pair) = (path.display(), args.pair_name());
             bad_input(format!("{body}: body does not match the target mesh of {pair}: {error}"))
         })?;
         let solved = shaped.add_expressions(&mut avatar)?;
