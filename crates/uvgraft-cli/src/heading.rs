@@ -9,6 +9,8 @@ pub(crate) const MATERIALS: &str = "Materials";
 pub(crate) const BATCHES: &str = "Batches";
 pub(crate) const ENCODING: &str = "Encoding";
 
+pub(crate) const PHOTOGRAPHS: &str = "Photographs";
+
 pub(crate) const BODY: &str = "Body";
 pub(crate) const ANIMATION: &str = "Animation";
 pub(crate) const TEXTURE: &str = "Texture";

@@ -56,8 +56,7 @@ impl Camera {
         let mut camera =
             Self { rotation: weak.rotation, translation: offset / weak.scale, focal_px, center_px };
         // Points off the axis: the weak model moves them, perspective turns towards them.
-        let images: Vec<[f64; 2]> = landmarks.iter().map(|&[x, y, _]| [x, y]).collect();
-        camera.refine(points, &images, &vec![1.0; points.len()]);
+        camera.refine(points, landmarks, &vec![1.0; points.len()]);
         Some(camera)
     }
 
@@ -92,55 +91,17 @@ impl Camera {
         self.focal_px / depth
     }
 
-    /// Adjusts the pose to the images of points by Gauss–Newton steps with Huber's weights, which
-    /// leave landmarks that expressions move where they are.
+    /// Adjusts the pose to landmarks by Gauss–Newton steps with Huber's weights, which leave
+    /// landmarks that expressions move where they are.
     ///
-    /// - `images`: in pixels; `weights`: how much each counts.
-    pub fn refine(&mut self, points: &[DVec3], images: &[[f64; 2]], weights: &[f64]) {
+    /// - `landmarks`: as in [`Camera::of_landmarks`]. Depths count little, but tell a face that is
+    ///   tilted from one with a long nose.
+    /// - `weights`: how much each counts.
+    pub fn refine(&mut self, points: &[DVec3], landmarks: &[[f64; 3]], weights: &[f64]) {
         const STEPS: usize = 20;
         const SETTLED: f64 = 1e-9;
         for _ in 0..STEPS {
-            let mut residuals: Vec<f64> = points
-                .iter()
-                .zip(images)
-                .map(|(&point, image)| {
-                    let [x, y, _] = self.project(point);
-                    (x - image[0]).hypot(y - image[1])
-                })
-                .collect();
-            let middle = residuals.len() / 2;
-            let limit = *residuals.clone().select_nth_unstable_by(middle, f64::total_cmp).1;
-            let limit = (1.5 * limit).max(1e-6);
-            residuals.iter_mut().for_each(|residual| *residual = (limit / *residual).min(1.0));
-            let mut normal = SMatrix::<f64, 6, 6>::identity() * 1e-12;
-            let mut right = SVector::<f64, 6>::zeros();
-            for (((&point, image), &weight), huber) in
-                points.iter().zip(images).zip(weights).zip(residuals)
-            {
-                let turned = self.rotation * point;
-                let at = turned + self.translation;
-                if at.z <= 0.0 {
-                    continue;
-                }
-                let [x, y, _] = self.project(point);
-                let f = self.focal_px / at.z;
-                for (axis, error) in [image[0] - x, image[1] - y].into_iter().enumerate() {
-                    // Image coordinates by the point in the camera's space, and that by the pose.
-                    let by_point = if axis == 0 {
-                        DVec3::new(f, 0.0, -f * at.x / at.z)
-                    } else {
-                        DVec3::new(0.0, f, -f * at.y / at.z)
-                    };
-                    let by_turn = turned.cross(by_point);
-                    let row = SVector::<f64, 6>::from_column_slice(&[
-                        by_turn.x, by_turn.y, by_turn.z, by_point.x, by_point.y, by_point.z,
-                    ]);
-                    normal += row * row.transpose() * (weight * huber);
-                    right += row * (error * weight * huber);
-                }
-            }
-            let Some(factors) = normal.cholesky() else { return };
-            let step = factors.solve(&right);
+            let Some(step) = self.step(points, landmarks, weights) else { return };
             let turn = DVec3::new(step[0], step[1], step[2]);
             let rotation = DMat3::from_axis_angle(turn.normalize_or(DVec3::X), turn.length());
             let next = Self {
@@ -156,6 +117,71 @@ impl Camera {
                 return;
             }
         }
+    }
+
+    /// A step of the rotation vector and the translation.
+    fn step(
+        &self,
+        points: &[DVec3],
+        landmarks: &[[f64; 3]],
+        weights: &[f64],
+    ) -> Option<SVector<f64, 6>> {
+        /// The weight of a pixel of depth beside one in the image.
+        const DEPTH: f64 = 0.1;
+        let total = weights.iter().sum::<f64>().max(f64::MIN_POSITIVE);
+        let mean = |values: &mut dyn Iterator<Item = f64>| {
+            values.zip(weights).map(|(value, weight)| value * weight).sum::<f64>() / total
+        };
+        let distance = mean(&mut points.iter().map(|&point| self.view(point).z));
+        let depth = mean(&mut landmarks.iter().map(|landmark| landmark[2]));
+        if !(distance > 0.0) {
+            return None;
+        }
+        let scale = self.focal_px / distance;
+        let residuals: Vec<[f64; 3]> = points
+            .iter()
+            .zip(landmarks)
+            .map(|(&point, landmark)| {
+                let [x, y, z] = self.project(point);
+                let off = landmark[2] - depth - (z - distance) * scale;
+                [landmark[0] - x, landmark[1] - y, off]
+            })
+            .collect();
+        let mut sizes: Vec<f64> = residuals.iter().map(|[x, y, _]| x.hypot(*y)).collect();
+        let middle = sizes.len() / 2;
+        let limit = *sizes.clone().select_nth_unstable_by(middle, f64::total_cmp).1;
+        let limit = (1.5 * limit).max(1e-6);
+        sizes.iter_mut().for_each(|size| *size = (limit / size.max(1e-12)).min(1.0));
+        let mut normal = SMatrix::<f64, 6, 6>::identity() * 1e-12;
+        let mut right = SVector::<f64, 6>::zeros();
+        for (((&point, residual), &weight), huber) in
+            points.iter().zip(residuals).zip(weights).zip(sizes)
+        {
+            let turned = self.rotation * point;
+            let at = turned + self.translation;
+            if at.z <= 0.0 {
+                continue;
+            }
+            let f = self.focal_px / at.z;
+            // Image coordinates by the point in the camera's space, and that by the pose. The depth
+            // of the whole head is not known, so it has no part in the translation.
+            let by_point = [
+                (DVec3::new(f, 0.0, -f * at.x / at.z), 1.0, 1.0),
+                (DVec3::new(0.0, f, -f * at.y / at.z), 1.0, 1.0),
+                (DVec3::new(0.0, 0.0, scale), 0.0, DEPTH),
+            ];
+            for ((by_point, moves, share), error) in by_point.into_iter().zip(residual) {
+                let by_turn = turned.cross(by_point);
+                let by_move = by_point * moves;
+                let row = SVector::<f64, 6>::from_column_slice(&[
+                    by_turn.x, by_turn.y, by_turn.z, by_move.x, by_move.y, by_move.z,
+                ]);
+                let weight = weight * huber * share;
+                normal += row * row.transpose() * weight;
+                right += row * (error * weight);
+            }
+        }
+        Some(normal.cholesky()?.solve(&right))
     }
 }
 
@@ -201,8 +227,11 @@ mod tests {
     #[test]
     fn a_few_landmarks_that_moved_do_not_turn_the_head() {
         let (points, truth) = (cloud(), truth());
-        let mut images: Vec<[f64; 2]> =
-            points.iter().map(|&point| truth.project(point)).map(|[x, y, _]| [x, y]).collect();
+        let mut images: Vec<[f64; 3]> = points
+            .iter()
+            .map(|&point| truth.project(point))
+            .map(|[x, y, z]| [x, y, (z - 3.0) * truth.scale(3.0)])
+            .collect();
         images[..8].iter_mut().for_each(|image| image[1] += 30.0);
         let mut found = Camera { translation: truth.translation + 0.05, ..truth };
         found.refine(&points, &images, &[1.0; 60]);

@@ -12,8 +12,9 @@ use uvgraft::easing::smoothstep_f64;
 use uvgraft::surface_field::{FieldValue, Smoothness};
 
 use crate::camera::Camera;
+use crate::expression;
 use crate::head::Head;
-use crate::head_landmarks::normals;
+use crate::head_landmarks::{normals, steadied};
 
 /// The landmarks of one photograph.
 #[derive(Debug, Clone, PartialEq)]
@@ -48,6 +49,30 @@ pub struct Fit {
     pub photos: Vec<FittedPhoto>,
 }
 
+impl PhotoLandmarks {
+    /// With landmarks where heads have them too: see [`steadied`].
+    fn steadied(&self) -> Self {
+        let points: Vec<DVec3> = self.points.iter().map(|&at| at.into()).collect();
+        let points = steadied(&points).into_iter().map(|at| at.to_array()).collect();
+        Self { points, ..self.clone() }
+    }
+}
+
+/// Takes the expression out of places of landmarks.
+fn neutralise(head: &Head, places: &mut [FieldValue]) {
+    let frame = head.anatomy.frame();
+    let axes = DMat3::from_cols_array_2d(&frame.axes);
+    let local: Vec<DVec3> = places
+        .iter()
+        .map(|place| axes.transpose() * DVec3::from(place.value) / frame.unit)
+        .collect();
+    let weights: Vec<f64> = head.landmarks.iter().map(|landmark| landmark.certainty).collect();
+    let neutral = expression::removed(&head.canonical, &local, &weights);
+    for (place, neutral) in places.iter_mut().zip(neutral) {
+        place.value = (axes * neutral * frame.unit).to_array();
+    }
+}
+
 /// Rounds of finding cameras and shape in turn.
 const ROUNDS: usize = 4;
 
@@ -55,12 +80,14 @@ const ROUNDS: usize = 4;
 /// network guesses them.
 const DEPTH_TRUST: f64 = 0.1;
 
-/// The weight of a place that no photograph moves.
+/// How far a place is held where the head has it, beside 1 for what is seen in the image: a little,
+/// and along the line of sight more.
 const REST: f64 = 0.02;
+const REST_DEPTH: f64 = 0.15;
 
 /// Smoothness of the shape and of an expression, in eye distances.
-const SHAPE: Smoothness = Smoothness { bending: 0.35, membrane: 0.15 };
-const EXPRESSION: Smoothness = Smoothness { bending: 0.22, membrane: 0.2 };
+const SHAPE: Smoothness = Smoothness { bending: 0.2, membrane: 0.1 };
+const EXPRESSION: Smoothness = Smoothness { bending: 0.08, membrane: 0.06 };
 
 /// The weight of a landmark, in square eye distances: about the area that each of 468 stands for.
 const LANDMARK: f64 = 0.02;
@@ -73,6 +100,9 @@ impl Fit {
     /// # Panics
     /// If a photograph has another number of landmarks than the head.
     pub fn new(head: &Head, photos: &[PhotoLandmarks]) -> Option<Self> {
+        let given = photos;
+        let photos: Vec<PhotoLandmarks> = photos.iter().map(PhotoLandmarks::steadied).collect();
+        let photos = photos.as_slice();
         let rest = head.positions();
         let at_rest = head.landmark_points(&rest);
         let certain: Vec<f64> = head.landmarks.iter().map(|landmark| landmark.certainty).collect();
@@ -93,11 +123,12 @@ impl Fit {
                 refine(camera, &points, photo, &certain);
             }
             let facing = facing(head, &shaped, &cameras);
-            let places = places(head, &points, &at_rest, photos, &cameras, &facing);
+            let mut places = places(head, &points, &at_rest, photos, &cameras, &facing);
+            neutralise(head, &mut places);
             shaped = bent(head, &rest, SHAPE, &hold, &places)?;
         }
         let points = head.landmark_points(&shaped);
-        let fitted = photos.iter().zip(cameras).map(|(photo, mut camera)| {
+        let fitted = photos.iter().zip(given).zip(cameras).map(|((photo, given), mut camera)| {
             refine(&mut camera, &points, photo, &certain);
             let cameras = [camera];
             let facing = facing_of(head, &shaped, &cameras[0]);
@@ -105,7 +136,7 @@ impl Fit {
             let places = places(head, &points, &points, one, &cameras, &[facing]);
             let posed = bent(head, &shaped, EXPRESSION, &hold, &places)?;
             let residual_px = residual(head, &posed, photo, &camera);
-            let landmarks = photo.points.clone();
+            let landmarks = given.points.clone();
             Some(FittedPhoto { camera, posed, landmarks, residual_px })
         });
         let photos = fitted.collect::<Option<Vec<FittedPhoto>>>()?;
@@ -114,8 +145,7 @@ impl Fit {
 }
 
 fn refine(camera: &mut Camera, points: &[DVec3], photo: &PhotoLandmarks, certain: &[f64]) {
-    let images: Vec<[f64; 2]> = photo.points.iter().map(|&[x, y, _]| [x, y]).collect();
-    camera.refine(points, &images, certain);
+    camera.refine(points, &photo.points, certain);
 }
 
 fn facing(head: &Head, positions: &[DVec3], cameras: &[Camera]) -> Vec<Vec<f64>> {
@@ -167,7 +197,7 @@ fn places(
             let along = outer(sight);
             let weight = facing[k][index];
             let by_direction = (DMat3::IDENTITY - along * (1.0 - DEPTH_TRUST)) * weight;
-            matrix += by_direction;
+            matrix += by_direction + along * (REST_DEPTH / photos.len() as f64);
             right += by_direction * (seen - from[index]);
             total += weight;
         }

@@ -12,6 +12,7 @@ use uvgraft::{Anatomy, Area, Channels, Encoding, Mesh, Size, Texels, Texture};
 use crate::camera::Camera;
 use crate::components::Components;
 use crate::depth_map::{DepthMap, NOTHING};
+use crate::landmarks::regions::{LIPS_INNER, LIPS_OUTER};
 
 /// Sides of the head that are drawn: turned to the left and up, in degrees.
 const SIDES: [[f64; 2]; 9] = [
@@ -79,7 +80,8 @@ pub(crate) fn find(
     let found: Vec<Vec<Cast>> = map_indices(SIDES.len(), |side| {
         let (picture, camera, depths) = drawing.from_side(SIDES[side]);
         let landmarks = detect(&picture).filter(|found| found.len() == mates.len())?;
-        Some(drawing.cast(&camera, &depths, &landmarks))
+        let landmarks: Vec<DVec3> = landmarks.into_iter().map(DVec3::from).collect();
+        Some(drawing.cast(&camera, &depths, &steadied(&landmarks)))
     })
     .into_iter()
     .flatten()
@@ -110,6 +112,20 @@ pub(crate) fn find(
         HeadLandmark { at, certainty: certainty(spread, distance / frame.unit) }
     });
     Ok(landmarks.collect())
+}
+
+/// Landmarks with the inner edges of the lips, which touch in a closed mouth, a share of the way
+/// towards the outer edges: the surface of which lip they belong to must not depend on a hair's
+/// breadth.
+pub(crate) fn steadied(landmarks: &[DVec3]) -> Vec<DVec3> {
+    const SHARE: f64 = 0.35;
+    let mut steady = landmarks.to_vec();
+    for (inner, outer) in LIPS_INNER.into_iter().zip(LIPS_OUTER) {
+        if let (Some(&from), Some(&to)) = (landmarks.get(inner), landmarks.get(outer)) {
+            steady[inner] = from + (to - from) * SHARE;
+        }
+    }
+    steady
 }
 
 /// How sure a landmark is whose places on the drawings differ, and whose mean is off the surface;
@@ -224,9 +240,9 @@ impl<'a> Drawing<'a> {
     }
 
     /// Casts landmarks onto the mesh.
-    fn cast(&self, camera: &Camera, depths: &DepthMap, landmarks: &[[f64; 3]]) -> Vec<Cast> {
+    fn cast(&self, camera: &Camera, depths: &DepthMap, landmarks: &[DVec3]) -> Vec<Cast> {
         let eye = camera.eye();
-        let cast = |&[x, y, _]: &[f64; 3]| {
+        let cast = |&DVec3 { x, y, .. }: &DVec3| {
             let at = self.place(camera, depths, [x, y])?;
             let corners = self.mesh.faces()[at.face as usize].map(|vertex| vertex as usize);
             let normal: DVec3 = (0..3).map(|k| self.normals[corners[k]] * at.weights[k]).sum();

@@ -1,7 +1,7 @@
 //! Outlines of the parts of a face in a photograph, from its landmarks.
 
 use crate::landmarks::regions::{
-    LEFT_BROW, LEFT_EYE, LIPS_INNER, LIPS_OUTER, RIGHT_BROW, RIGHT_EYE,
+    FACE_OVAL, LEFT_BROW, LEFT_EYE, LIPS_INNER, LIPS_OUTER, RIGHT_BROW, RIGHT_EYE,
 };
 
 /// A closed line in a photograph, in pixels.
@@ -54,6 +54,8 @@ pub(crate) struct FaceOutlines {
     pub eyes: [Outline; 2],
     pub brows: [Outline; 2],
     pub lips: Outline,
+    /// The edge of the face, from ear to ear and from the forehead to the chin.
+    pub oval: Outline,
     /// The opening between the lips.
     pub mouth: Outline,
 }
@@ -66,6 +68,7 @@ impl FaceOutlines {
             eyes: [outline(&LEFT_EYE), outline(&RIGHT_EYE)],
             brows: [outline(&LEFT_BROW), outline(&RIGHT_BROW)],
             lips: outline(&LIPS_OUTER),
+            oval: outline(&FACE_OVAL),
             mouth: outline(&LIPS_INNER),
         }
     }

@@ -6,6 +6,7 @@ use uvgraft::easing::smoothstep;
 use uvgraft::labels::{Labeller, Labels};
 use uvgraft::threads::map_indices;
 use uvgraft::{Area, Channels, Encoding, LabelError, Size, Texels, Texture, TextureError};
+use uvgraft_avatar::eyes::clean_head;
 
 use crate::completion::Completion;
 use crate::fit::{Fit, FittedPhoto};
@@ -89,8 +90,12 @@ pub fn textured(
     let bytes = |value: f32| (value.clamp(0.0, 1.0) * 255.0 + 0.5) as u8;
     let colors = Texels::U8(completed.iter().flat_map(|color| color.map(bytes)).collect());
     let known = Texels::U8(known.iter().map(|&known| bytes(known)).collect());
+    let mut texture = Texture::new(options.size, Channels::Rgb, Encoding::Srgb, colors)?;
+    let eyes: Vec<&[u32]> =
+        head.components.eyeballs.iter().map(|ball| ball.vertices.as_slice()).collect();
+    clean_head(&head.mesh, &eyes, &mut texture);
     Ok(SelfieTexture {
-        texture: Texture::new(options.size, Channels::Rgb, Encoding::Srgb, colors)?,
+        texture,
         known: Texture::new(options.size, Channels::Grey, Encoding::Data, known)?,
     })
 }
@@ -145,6 +150,9 @@ fn layer(
         }
     });
     let middle = photo.camera.view(DVec3::from(head.anatomy.frame().origin));
+    let frame = head.anatomy.frame();
+    let height = |position: &[f32; 3]| frame.local(position.map(f64::from))[1] as f32;
+    let heights: Vec<f32> = head.mesh.positions().iter().map(height).collect();
     let evidence = Evidence {
         head,
         texels,
@@ -154,6 +162,7 @@ fn layer(
         outlines: &FaceOutlines::new(&photo.landmarks),
         unit_px: photo.camera.scale(middle.z) * head.unit(),
         labels,
+        heights: &heights,
     };
     let Segmentation { face, scalp } = evidence.segment();
     let known = seen.seen.iter().zip(face).map(|(seen, face)| seen * face).collect();
@@ -172,7 +181,7 @@ fn light(
     normal: &impl Fn(usize) -> Option<DVec3>,
 ) -> Option<Light> {
     const SAMPLES: usize = 20_000;
-    const PLAIN: [Area; 5] = [Area::Cheeks, Area::Forehead, Area::Nose, Area::Jaw, Area::Neck];
+    const PLAIN: [Area; 4] = [Area::Cheeks, Area::Forehead, Area::Nose, Area::Jaw];
     let is_plain = |face: &[u32; 3]| {
         face.iter()
             .all(|&vertex| PLAIN.iter().any(|&area| head.anatomy.area(area)[vertex as usize] > 0.5))

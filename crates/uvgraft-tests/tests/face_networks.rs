@@ -1,6 +1,7 @@
 //! Face networks against LiteRT, and what they find in photographs.
 
 #![allow(clippy::unwrap_used, reason = "a failed unwrap is a failed test")]
+#![allow(clippy::print_stdout, reason = "how near the results are is worth knowing")]
 
 use std::collections::BTreeMap;
 use std::sync::LazyLock;

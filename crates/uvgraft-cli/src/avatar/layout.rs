@@ -63,7 +63,7 @@ impl HeadLayout {
             return Err(bad_input(format!(
                 "{}: --texture-layout head+body needs a body whose head has the same triangles as \
                  the head mesh; use --texture-layout atlas",
-                args.pair.display()
+                args.pair_name()
             )));
         };
         let domain = BlendDomain::new(Arc::clone(&own.pair), Direction::Forward);

@@ -2,6 +2,7 @@
 
 mod betas;
 mod body;
+mod carried;
 mod dress;
 mod expressions;
 mod face;
@@ -13,7 +14,9 @@ mod maps;
 mod materials;
 mod meta;
 mod motions;
+mod pair;
 mod plan;
+mod selfie;
 mod summary;
 mod thumbnail;
 
@@ -28,9 +31,10 @@ use clap::builder::{PossibleValue, PossibleValuesParser, StyledStr};
 use uvgraft::{MapOptions, Size};
 use uvgraft_gltf::glb::{self, Export, PictureFormat, VrmError};
 use uvgraft_gltf::preset::{self, FittedAvatar, Preset};
-use uvgraft_io::{output, pair_file};
+use uvgraft_io::output;
 
 use crate::blending::BlendArgs;
+use crate::body::shape;
 use crate::failure::{OrBadInput, bad_input};
 use crate::filters::FilterName;
 use crate::heading;
@@ -49,6 +53,7 @@ use materials::MaterialArgs;
 use meta::MetaArgs;
 use motions::PlayArgs;
 use plan::Plan;
+use selfie::SelfieArgs;
 
 /// JPEG quality: textures are looked at closely, and base colours have no blur to hide blocks.
 const JPEG_QUALITY: u8 = 92;
@@ -62,13 +67,15 @@ const JPEG_QUALITY: u8 = 92;
 #[command(mut_arg("blend", |blend| default_in_help(blend, "membrane")))]
 #[command(mut_arg("tone", |tone| default_in_help(tone, "source")))]
 pub(crate) struct Args {
-    /// Pair file that links the head to the body
-    pair: PathBuf,
+    /// Pair file that links the head to the body; not needed with --selfie and --body demo
+    #[arg(required_unless_present = "photos")]
+    pair: Option<PathBuf>,
     /// Face texture in the head's layout, or the output of FATE
     ///
     /// An image, a FATE texture dump (.pth), or a FATE workspace: a folder that contains
-    /// baking*/dump_texture/ or visualize_texture/.
-    face: PathBuf,
+    /// baking*/dump_texture/ or visualize_texture/. None with --selfie.
+    #[arg(required_unless_present = "photos", conflicts_with = "photos")]
+    face: Option<PathBuf>,
     /// Avatar to write: .glb, or .vrm for VRM 1.0
     #[arg(short, long, value_name = "OUT.glb|OUT.vrm", help_heading = heading::FILES)]
     output: PathBuf,
@@ -81,6 +88,8 @@ pub(crate) struct Args {
     /// List the unused arrays of the body model file
     #[arg(short, long, help_heading = heading::FILES)]
     verbose: bool,
+    #[command(flatten)]
+    selfie: SelfieArgs,
     /// Body model file, or `demo` for the built-in figure
     ///
     /// A model of the SMPL family (SMPL, SMPL-H, SMPL-X or FLAME) as .npz or .pkl, or the figure
@@ -92,6 +101,19 @@ pub(crate) struct Args {
     /// A file (.npz, .pkl) must contain an array `betas`.
     #[arg(long, value_name = "NUMBERS|FILE", allow_hyphen_values = true, help_heading = heading::BODY)]
     betas: Option<String>,
+    /// Shape by name, such as gender=0.2,weight=0.6,age=0.4,height=1.75
+    ///
+    /// For the open body: see `uvgraft body shape` for the names.
+    #[arg(long, value_name = "NAME=VALUE,...", value_parser = shape::parse, conflicts_with = "betas")]
+    #[arg(help_heading = heading::BODY)]
+    shape: Option<shape::NamedValues>,
+    /// Model file whose named expressions are carried to the body, such as the open body
+    ///
+    /// They become morph targets and expressions, with ARKit's names in the case of the open body. VRM's
+    /// presets are made of them where the body's own model cannot make them. The heads are registered
+    /// to each other, which takes some seconds.
+    #[arg(long, value_name = "MODEL", help_heading = heading::BODY)]
+    expressions: Option<PathBuf>,
     #[command(flatten)]
     playing: PlayArgs,
     /// Size of the body texture in texels [default: the base's, within the preset]
@@ -196,8 +218,16 @@ impl From<TextureName> for PictureFormat {
 
 pub(crate) fn run(args: &Args) -> anyhow::Result<ExitCode> {
     let plan = Plan::new(args)?;
-    let mut file = pair_file::read(&args.pair).or_bad_input()?;
+    let mut file = args.read_pair()?;
     let given = Arc::clone(&file.pair);
+    let (body, selfie) = rayon::join(
+        || Body::new(args, given.target()),
+        || {
+            let fit = |frames| args.selfie.fit(frames, &given, &file.source_name);
+            plan.frames.as_ref().map(fit).transpose()
+        },
+    );
+    let (mut body, selfie) = (body?, selfie?);
     let parted = features::parted(&given)?;
     if let Some((pair, _)) = &parted {
         file.pair = Arc::clone(pair);
@@ -205,16 +235,27 @@ pub(crate) fn run(args: &Args) -> anyhow::Result<ExitCode> {
     let limits = plan.preset.as_ref();
     let (body, dressed) = rayon::join(
         || {
-            let mut body = Body::new(args, given.target())?;
+            if let Some(selfie) = &selfie {
+                body.avatar = args.selfie.shape(selfie, &given, body.avatar, &body.name)?;
+            }
             if let Some((_, parted)) = &parted {
                 body.avatar = features::with_layout(body.avatar, &parted.mesh)?;
             }
-            let mouth = args.features.fit_mouth(&body.avatar);
+            let mouth = match body.has_mouth {
+                true => None,
+                false => args.features.fit_mouth(&body.avatar),
+            };
             anyhow::Ok((body, mouth))
         },
         || {
-            let (face, base) =
-                rayon::join(|| Face::read(&args.face), || dress::base(args, &plan.onto, limits));
+            let (face, base) = rayon::join(
+                || match (&selfie, &args.face) {
+                    (Some(selfie), _) => Ok(Face::of_selfie(selfie)),
+                    (None, Some(path)) => Face::read(path),
+                    (None, None) => Err(bad_input("a face texture or --selfie is required")),
+                },
+                || dress::base(args, &plan.onto, limits),
+            );
             let mut base = base?;
             if let Some((_, parted)) = &parted {
                 parted.copy(&mut base);
@@ -223,7 +264,8 @@ pub(crate) fn run(args: &Args) -> anyhow::Result<ExitCode> {
         },
     );
     let ((body, mouth), dressed) = (body?, dressed?);
-    let Body { avatar, name, apart, grounds, solved } = body;
+    let Body { avatar, name, apart, grounds, solved, license, .. } = body;
+    let license = license.as_deref();
     let missing = avatar.skeleton.missing_bones();
     if plan.vrm.is_some() && !missing.is_empty() {
         // Comes before messages about a face that will never be in a file.
@@ -261,11 +303,11 @@ pub(crate) fn run(args: &Args) -> anyhow::Result<ExitCode> {
     let looks = maps.looks((color, head), &encoder).or_bad_input()?;
     let export = Export {
         name: args.meta.title(&args.output),
-        copyright: args.meta.copyright(),
-        extras: if is_vrm { Default::default() } else { args.meta.extras() },
+        copyright: args.meta.copyright(license),
+        extras: if is_vrm { Default::default() } else { args.meta.extras(license) },
         thumbnail: shown.and_then(|shown| shown.thumbnail(&avatar, &looks)),
         normals,
-        vrm: plan.vrm,
+        vrm: plan.vrm.map(|vrm| meta::made_from(vrm, license)),
         levels: levels.inside(),
     };
     let refused = |error: &dyn std::fmt::Display| {
@@ -293,7 +335,8 @@ pub(crate) fn run(args: &Args) -> anyhow::Result<ExitCode> {
         levels: levels.rows(&level_files),
         limits: plan.preset.as_ref().map(|preset| preset.limits),
     };
-    to_stdout(&made.text())?;
+    let of_photographs = selfie.map(|selfie| selfie.text(&file.source_name)).unwrap_or_default();
+    to_stdout(&(of_photographs + &made.text()))?;
     Ok(ExitCode::SUCCESS)
 }
 

@@ -13,6 +13,7 @@ use super::materials::{Bases, Materials};
 use super::{Args, TextureName, body};
 use crate::failure::bad_input;
 use crate::picture::check_name;
+use crate::selfie::Frames;
 
 /// A validated request.
 pub(super) struct Plan {
@@ -28,6 +29,8 @@ pub(super) struct Plan {
     pub(super) vrm: Option<VrmMeta>,
     /// Output files of coarser levels.
     pub(super) level_files: Vec<PathBuf>,
+    /// Photographs, if the face is made of them.
+    pub(super) frames: Option<Frames>,
 }
 
 impl Plan {
@@ -52,9 +55,13 @@ impl Plan {
         });
         let format = check_textures(args, &onto, preset.as_ref())?;
         let level_files = args.lods.files(&args.output);
-        check_files(args, &onto, &materials, &level_files)?;
+        let frames = args.selfie.frames()?;
+        if args.pair.is_none() && !args.is_figure() {
+            return Err(args.pair_is_missing());
+        }
+        check_files(args, &onto, &materials, &level_files, frames.as_ref())?;
         let triangles = preset.as_ref().map(|preset| preset.triangles).or(triangles);
-        Ok(Self { onto, materials, preset, triangles, format, vrm, level_files })
+        Ok(Self { onto, materials, preset, triangles, format, vrm, level_files, frames })
     }
 }
 
@@ -68,10 +75,14 @@ fn is_vrm(output: &Path) -> anyhow::Result<bool> {
 }
 
 fn check_body(args: &Args) -> anyhow::Result<()> {
-    let Some(betas) = &args.betas else { return Ok(()) };
-    if args.body == Path::new("demo") {
-        return Err(bad_input("--betas cannot be used with --body demo, whose shape is fixed"));
+    let given = [("--betas", args.betas.is_some()), ("--shape", args.shape.is_some())];
+    if let Some((option, _)) = given.iter().find(|(_, is_given)| *is_given)
+        && args.is_figure()
+    {
+        let why = "cannot be used with --body demo, whose shape is fixed";
+        return Err(bad_input(format!("{option} {why}")));
     }
+    let Some(betas) = &args.betas else { return Ok(()) };
     if !Path::new(betas).exists() {
         body::betas(betas)?;
     }
@@ -118,13 +129,18 @@ fn check_files(
     onto: &BaseSource,
     materials: &Materials,
     level_files: &[PathBuf],
+    frames: Option<&Frames>,
 ) -> anyhow::Result<()> {
-    let models = Some(&*args.body).filter(|body| *body != Path::new("demo"));
-    let read: Vec<&Path> = [&*args.pair, &*args.face]
+    let models = Some(&*args.body).filter(|_| !args.is_figure());
+    let read: Vec<&Path> = [&args.pair, &args.face]
         .into_iter()
+        .flatten()
+        .map(PathBuf::as_path)
+        .chain(frames.iter().flat_map(|frames| frames.files()))
         .chain(onto.path())
         .chain(materials.inputs())
         .chain(models)
+        .chain(args.expressions.as_deref())
         .chain(args.playing.motion.iter().map(PathBuf::as_path))
         .chain(args.blending.inputs())
         .chain(args.region.inputs())

@@ -209,6 +209,7 @@ impl Bench {
         command.current_dir(self.folder.path());
         // Ignore any networks that the user has imported.
         command.env("UVGRAFT_WEIGHTS", self.path("lpips.safetensors"));
+        command.env("UVGRAFT_FACE_WEIGHTS", self.path("faces.safetensors"));
         command
     }
 

@@ -25,8 +25,9 @@ const CLOSER: f64 = 2.5;
 /// Tiles are not made smaller than this: a face of 64 pixels fills a third of it.
 const LEAST_TILE: f64 = 192.0;
 
-/// Tiles along the longer side of the finest division.
-const MAX_DIVISION: usize = 16;
+/// Tiles along the longer side of the finest division. With 8 there are up to 225 tiles, which take
+/// seconds; with 16 there would be a thousand, to find faces of a fortieth of the photograph.
+const MAX_DIVISION: usize = 8;
 
 /// Where the largest face takes this part of the photograph's longer side, it is what the photograph is
 /// of, and tiles are not searched for others.

@@ -1,0 +1,31 @@
+//! The imported networks, prepared for photographs and for drawings of heads.
+
+use uvgraft::Texture;
+use uvgraft_selfie::landmarks::FaceNetworks;
+
+use crate::failure::{OrBadInput, bad_input};
+use crate::weights;
+
+/// The networks that find faces and landmarks.
+///
+/// # Errors
+/// As bad input if they were not imported, with the commands that do so.
+pub(super) fn load() -> anyhow::Result<FaceNetworks> {
+    let Some(models) = weights::face_models()? else {
+        return Err(bad_input(
+            "the networks that find faces are not part of uvgraft; to import them:\n  npm pack \
+             @mediapipe/face_mesh@0.4.1657299874\n  uvgraft weights import \
+             mediapipe-face_mesh-0.4.1657299874.tgz",
+        ));
+    };
+    FaceNetworks::new(&models).or_bad_input()
+}
+
+/// Landmarks in the drawing of a head.
+pub(super) fn of_drawing(networks: &FaceNetworks, drawing: &Texture) -> Option<Vec<[f64; 3]>> {
+    /// Drawings look less like faces than photographs do.
+    const LEAST_SCORE: f64 = 0.5;
+    let face = networks.detect(drawing).into_iter().next()?;
+    let found = networks.landmarks(drawing, &face);
+    (found.score >= LEAST_SCORE).then_some(found.points)
+}

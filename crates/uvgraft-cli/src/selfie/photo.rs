@@ -1,0 +1,153 @@
+//! One photograph: decoded, its face found, and cut to what is needed of it.
+
+use std::path::{Path, PathBuf};
+
+use uvgraft::{Depth, Size};
+use uvgraft_io::image;
+use uvgraft_io::tracking::TrackedFrame;
+use uvgraft_selfie::landmarks::{FaceError, FaceNetworks};
+use uvgraft_selfie::{Camera, FittedPhoto, PhotoLandmarks};
+
+use super::frames::Frame;
+use super::options::PhotoArgs;
+use super::tracked;
+use super::window::{Bounds, Window};
+use crate::failure::{OrBadInput, bad_input};
+
+/// Largest size of a decoded photograph, in bytes.
+const MOST_BYTES: usize = 400 << 20;
+
+/// Where a focal length comes from.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) enum FocalSource {
+    Option,
+    Exif,
+    Tracker,
+    Assumed,
+}
+
+/// A photograph with a face.
+pub(crate) struct Photo {
+    /// Its file, for messages.
+    pub(crate) path: PathBuf,
+    /// In pixels of the whole photograph.
+    pub(crate) landmarks: PhotoLandmarks,
+    /// Where the focal length in `landmarks` comes from.
+    pub(crate) focal: FocalSource,
+    /// What is kept of it.
+    pub(super) window: Window,
+    /// What a tracker knows of it.
+    pub(crate) tracked: Option<TrackedFrame>,
+    /// Where its optical axis is, in pixels.
+    center_px: [f64; 2],
+}
+
+impl Photo {
+    /// - `most`: largest number of pixels to keep.
+    ///
+    /// # Errors
+    /// As bad input if the file is not an image of a face from the front.
+    pub(super) fn read(
+        frame: Frame<'_>,
+        networks: &FaceNetworks,
+        args: &PhotoArgs,
+        most: usize,
+    ) -> anyhow::Result<Self> {
+        let path = frame.path();
+        check_size(path)?;
+        let mut texture = image::read(path).or_bad_input()?.texture;
+        let tracked = match frame {
+            Frame::Image(_) => None,
+            Frame::Tracked(frame) => {
+                texture = tracked::masked(texture, frame.mask.as_deref())?;
+                Some(frame.clone())
+            }
+        };
+        let size = texture.size();
+        let found =
+            networks.find(&texture, args.choice()).map_err(|error| refused(path, &error))?;
+        let given = args.focal_px(size).map(|focal| (focal, FocalSource::Option));
+        let exif = || image::read_focal_length_px(path).ok().flatten();
+        let camera = tracked.as_ref().map(|frame| frame.camera.for_size(size));
+        let by_tracker = camera.map(|camera| (tracked::focal_px(&camera), FocalSource::Tracker));
+        let center_px = camera.map_or_else(
+            || [size.width, size.height].map(|side| 0.5 * f64::from(side)),
+            |camera| [camera.cx, camera.cy],
+        );
+        let (focal_px, focal) = given
+            .or(by_tracker)
+            .or_else(|| exif().map(|focal| (focal, FocalSource::Exif)))
+            .unwrap_or((Camera::usual_focal_px(size), FocalSource::Assumed));
+        let window = Window::around(&found.points, texture, most).or_bad_input()?;
+        let landmarks = PhotoLandmarks { points: found.points, size, focal_px: Some(focal_px) };
+        let path = path.to_path_buf();
+        Ok(Self { path, landmarks, focal, window, tracked, center_px })
+    }
+
+    /// Its landmarks as if the optical axis were in the middle of it, as fits assume.
+    pub(super) fn centered(&self) -> PhotoLandmarks {
+        let [dx, dy] = self.off_center();
+        let points = self.landmarks.points.iter().map(|&[x, y, z]| [x - dx, y - dy, z]);
+        PhotoLandmarks { points: points.collect(), ..self.landmarks.clone() }
+    }
+
+    /// A fit to [`Photo::centered`] as one to the photograph.
+    pub(super) fn uncentered(&self, mut fitted: FittedPhoto) -> FittedPhoto {
+        let shift = self.off_center();
+        for k in [0, 1] {
+            fitted.camera.center_px[k] += shift[k];
+            fitted.landmarks.iter_mut().for_each(|point| point[k] += shift[k]);
+        }
+        fitted
+    }
+
+    fn off_center(&self) -> [f64; 2] {
+        let size = self.landmarks.size;
+        [
+            self.center_px[0] - 0.5 * f64::from(size.width),
+            self.center_px[1] - 0.5 * f64::from(size.height),
+        ]
+    }
+
+    /// Longer side of the face, in pixels of the photograph.
+    pub(crate) fn face_px(&self) -> f64 {
+        let Bounds { low, high } = Bounds::of(&self.landmarks.points);
+        (high[0] - low[0]).max(high[1] - low[1])
+    }
+}
+
+/// Refuses photographs that need too much memory, before they are decoded.
+fn check_size(path: &Path) -> anyhow::Result<()> {
+    let header = image::read_header(path).or_bad_input()?;
+    let bytes = match header.depth {
+        Depth::U8 => 1,
+        Depth::U16 => 2,
+        Depth::F32 => 4,
+    };
+    let Size { width, height } = header.size;
+    let texels = u64::from(width) * u64::from(height);
+    let wanted = texels.saturating_mul((header.channels.count() * bytes) as u64);
+    if wanted <= MOST_BYTES as u64 {
+        return Ok(());
+    }
+    let most = MOST_BYTES / (header.channels.count() * bytes) / 1_000_000;
+    Err(bad_input(format!(
+        "{}: a photograph like this must have at most {most} megapixels, got {}",
+        path.display(),
+        texels / 1_000_000,
+    )))
+}
+
+fn refused(path: &Path, error: &FaceError) -> anyhow::Error {
+    let path = path.display();
+    match error {
+        FaceError::Several { count } => bad_input(format!(
+            "{path}: the photograph must show one face, got {count}; choose one by --face N, where 1 \
+             is the largest"
+        )),
+        FaceError::Number { number, count } => {
+            bad_input(format!("{path}: --face must be from 1 to {count}, got {number}"))
+        }
+        error => bad_input(format!("{path}: {error}")),
+    }
+}
