@@ -12,7 +12,7 @@ use uvgraft::{Anatomy, Area, Channels, Encoding, Mesh, Size, Texels, Texture};
 use crate::camera::Camera;
 use crate::components::Components;
 use crate::depth_map::{DepthMap, NOTHING};
-use crate::landmarks::regions::{LIPS_INNER, LIPS_OUTER};
+use crate::landmarks::regions::{FACE_OVAL, LEFT_BROW, LIPS_INNER, LIPS_OUTER, RIGHT_BROW};
 
 /// Sides of the head that are drawn: turned to the left and up, in degrees.
 const SIDES: [[f64; 2]; 9] = [
@@ -111,8 +111,22 @@ pub(crate) fn find(
             .unwrap_or((SurfacePoint { face: 0, weights: [1.0, 0.0, 0.0] }, f64::INFINITY));
         HeadLandmark { at, certainty: certainty(spread, distance / frame.unit) }
     });
-    Ok(landmarks.collect())
+    let mut landmarks: Vec<HeadLandmark> = landmarks.collect();
+    for (indices, share) in LESS_CERTAIN {
+        for &index in indices {
+            if let Some(landmark) = landmarks.get_mut(index) {
+                landmark.certainty *= share;
+            }
+        }
+    }
+    Ok(landmarks)
 }
+
+/// Landmarks that say less about the surface. Brows are where a person has them, wherever they are
+/// drawn on the head; and the edge of the face is where the surface turns away, which is another
+/// place from every side.
+const LESS_CERTAIN: [(&[usize], f64); 3] =
+    [(&LEFT_BROW, 0.05), (&RIGHT_BROW, 0.05), (&FACE_OVAL, 0.4)];
 
 /// Landmarks with the inner edges of the lips, which touch in a closed mouth, a share of the way
 /// towards the outer edges: the surface of which lip they belong to must not depend on a hair's

@@ -1,7 +1,7 @@
 //! Outlines of the parts of a face in a photograph, from its landmarks.
 
 use crate::landmarks::regions::{
-    FACE_OVAL, LEFT_BROW, LEFT_EYE, LIPS_INNER, LIPS_OUTER, RIGHT_BROW, RIGHT_EYE,
+    CHIN, FACE_OVAL, FOREHEAD, LEFT_BROW, LEFT_EYE, LIPS_INNER, LIPS_OUTER, RIGHT_BROW, RIGHT_EYE,
 };
 
 /// A closed line in a photograph, in pixels.
@@ -58,18 +58,25 @@ pub(crate) struct FaceOutlines {
     pub oval: Outline,
     /// The opening between the lips.
     pub mouth: Outline,
+    /// Unit vector from the chin to the forehead.
+    pub up: [f64; 2],
 }
 
 impl FaceOutlines {
     /// - `landmarks`: 468 points in pixels.
     pub fn new(landmarks: &[[f64; 3]]) -> Self {
         let outline = |indices: &[usize]| Outline::new(landmarks, indices);
+        let at = |index: usize| landmarks.get(index).copied().unwrap_or([0.0; 3]);
+        let ([ax, ay, _], [bx, by, _]) = (at(CHIN), at(FOREHEAD));
+        let length = (bx - ax).hypot(by - ay).max(1e-9);
+        let up = [(bx - ax) / length, (by - ay) / length];
         Self {
             eyes: [outline(&LEFT_EYE), outline(&RIGHT_EYE)],
             brows: [outline(&LEFT_BROW), outline(&RIGHT_BROW)],
             lips: outline(&LIPS_OUTER),
             oval: outline(&FACE_OVAL),
             mouth: outline(&LIPS_INNER),
+            up,
         }
     }
 }

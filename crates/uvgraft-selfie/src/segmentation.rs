@@ -44,8 +44,8 @@ pub(crate) struct Segmentation {
 
 /// Distances from skin, in standard deviations, up to which texels are skin: where skin is certain
 /// by place, and elsewhere; and those at which they are not.
-const CERTAIN: [f32; 2] = [6.0, 9.0];
-const DOUBTFUL: [f32; 2] = [2.6, 3.8];
+const CERTAIN: [f32; 2] = [4.5, 7.0];
+const DOUBTFUL: [f32; 2] = [2.3, 3.4];
 
 impl Evidence<'_> {
     /// Separates the face from everything else.
@@ -59,9 +59,14 @@ impl Evidence<'_> {
         };
         // A bald head's scalp is no hair.
         let hair = on_scalp.filter(|hair| skin.distance(hair.color) > 2.5);
+        let bare = self.bare_brows(&skin);
         let raw = map_indices(size.texels(), |texel| {
             // Where nothing is seen there is nothing to keep away from.
-            if self.seen[texel] > 0.0 { self.share(texel, &skin, hair.as_ref()) } else { [1.0; 2] }
+            if self.seen[texel] > 0.0 {
+                self.share(texel, &skin, hair.as_ref(), bare)
+            } else {
+                [1.0; 2]
+            }
         });
         // What is beside hair or cloth is mixed with it, and edges must not show.
         let radius = (size.width.max(size.height) as usize / 250).max(1);
@@ -71,8 +76,44 @@ impl Evidence<'_> {
         Segmentation { face, scalp }
     }
 
+    /// For each brow whether it is bare, 0 to 1: there is skin between it and the hair. A fringe that
+    /// covers it looks like it.
+    fn bare_brows(&self, skin: &ColorModel) -> [f32; 2] {
+        /// How far above the brow one looks, in distances between the eyes.
+        const ABOVE: f64 = 0.22;
+        const STEP: usize = 5;
+        let [up_x, up_y] = self.outlines.up;
+        let shift = ABOVE * self.unit_px;
+        let seen = || (0..self.seen.len()).step_by(STEP).filter(|&texel| self.seen[texel] > 0.3);
+        [0, 1].map(|side| {
+            let (mut near, mut count) = (0.0, 0.0);
+            for texel in seen() {
+                let [x, y] = self.px[texel].map(f64::from);
+                let below = [x - shift * up_x, y - shift * up_y];
+                if self.outlines.brows[side].depth(below, 1.0) > 0.0 {
+                    near += 1.0
+                        - smoothstep(
+                            DOUBTFUL[0],
+                            DOUBTFUL[1],
+                            skin.distance(self.colors[texel]) as f32,
+                        );
+                    count += 1.0;
+                }
+            }
+            if count > 0.0 { smoothstep(0.4, 0.7, near / count) } else { 1.0 }
+        })
+    }
+
     /// How far a texel is the face; and the same if what is between the lips were.
-    fn share(&self, texel: usize, skin: &ColorModel, hair: Option<&ColorModel>) -> [f32; 2] {
+    ///
+    /// - `bare`: of [`Evidence::bare_brows`].
+    fn share(
+        &self,
+        texel: usize,
+        skin: &ColorModel,
+        hair: Option<&ColorModel>,
+        bare: [f32; 2],
+    ) -> [f32; 2] {
         let px = self.px[texel].map(f64::from);
         let unit = self.unit_px;
         let depth = |outline: &crate::outline::Outline, reach: f64| {
@@ -86,10 +127,10 @@ impl Evidence<'_> {
         let inside = self.at(Area::MouthInterior, texel);
         let outlined = [
             smoothstep(-0.06, 0.0, depth(&self.outlines.lips, 0.1)),
-            smoothstep(-0.06, 0.0, depth(&self.outlines.brows[0], 0.1)),
-            smoothstep(-0.06, 0.0, depth(&self.outlines.brows[1], 0.1)),
-            smoothstep(-0.12, -0.02, depth(&self.outlines.eyes[0], 0.15)),
-            smoothstep(-0.12, -0.02, depth(&self.outlines.eyes[1], 0.15)),
+            bare[0] * smoothstep(-0.06, 0.0, depth(&self.outlines.brows[0], 0.1)),
+            bare[1] * smoothstep(-0.06, 0.0, depth(&self.outlines.brows[1], 0.1)),
+            smoothstep(-0.05, 0.0, depth(&self.outlines.eyes[0], 0.1)),
+            smoothstep(-0.05, 0.0, depth(&self.outlines.eyes[1], 0.1)),
         ];
         let outlined = outlined.into_iter().fold(0.0, f32::max);
         let certain = [Area::Cheeks, Area::Nose, Area::EyeSockets, Area::Jaw, Area::Lips]
@@ -98,7 +139,7 @@ impl Evidence<'_> {
             .fold(0.0, f32::max);
         // Within the face and not above the brows, where fringes are.
         let within = smoothstep(0.08, 0.3, depth(&self.outlines.oval, 0.3));
-        let below_brows = 1.0 - smoothstep(0.3, 0.5, self.height(texel));
+        let below_brows = 1.0 - smoothstep(0.2, 0.4, self.height(texel));
         let certain = certain.max(within * below_brows);
         let scalp = self.at(Area::Scalp, texel);
         let color = self.colors[texel];
@@ -107,7 +148,7 @@ impl Evidence<'_> {
         // Beards and shadows are the face.
         let by_place = is_near(CERTAIN).max(smoothstep(0.5, 0.9, self.at(Area::Jaw, texel)));
         let like_skin =
-            hair.map_or(1.0, |hair| smoothstep(-0.3, 1.0, hair.distance(color) as f32 - distance));
+            hair.map_or(1.0, |hair| smoothstep(0.3, 1.8, hair.distance(color) as f32 - distance));
         // Behind ears is hair, and on them its shadow.
         let ears = self.at(Area::Ears, texel);
         let by_color = is_near(DOUBTFUL.map(|limit| limit * (1.0 - 0.25 * ears)));
