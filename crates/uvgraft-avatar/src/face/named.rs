@@ -149,7 +149,3 @@ fn scale(face: &Face, avatar: &Avatar, target: &Target, mixture: &[(usize, f32)]
     let most = mixture.iter().map(|&(_, weight)| weight.recip()).fold(f32::INFINITY, f32::min);
     if moved > 0.0 { (reached / moved).clamp(LEAST, most.max(LEAST)) } else { 1.0 }
 }
-
-#[cfg(test)]
-#[path = "named_tests.rs"]
-mod tests;
