@@ -235,8 +235,9 @@ fn an_avatar_gets_the_face_and_its_shape() {
     };
     let said = run("me.glb", "");
     assert!(said.contains("landmarks") && said.contains("joints"), "{said}");
-    run("same.glb", "");
-    assert!(bench.bytes("me.glb") == bench.bytes("same.glb"));
+    bench.make_folder("again");
+    run("again/me.glb", "--threads 1");
+    assert!(bench.bytes("me.glb") == bench.bytes("again/me.glb"));
     run("plain.glb", "--likeness 0");
     let positions = |name: &str| {
         let scene = Scene::load(&bench.path(name)).unwrap();
