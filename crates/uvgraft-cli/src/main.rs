@@ -9,6 +9,7 @@
 mod avatar;
 mod bench;
 mod blending;
+mod body;
 mod compare;
 mod completions;
 mod demo;
@@ -88,6 +89,7 @@ enum Command {
     Roundtrip(roundtrip::Args),
     Compare(compare::Args),
     Map(map::Args),
+    Body(body::Args),
     Selfie(Box<selfie::Args>),
     Avatar(Box<avatar::Args>),
     Render(Box<render::Args>),
@@ -121,6 +123,7 @@ fn run(cli: &Cli) -> anyhow::Result<ExitCode> {
         Command::Roundtrip(args) => roundtrip::run(args),
         Command::Compare(args) => compare::run(args),
         Command::Map(args) => map::run(args),
+        Command::Body(args) => body::run(args),
         Command::Selfie(args) => selfie::run(args),
         Command::Avatar(args) => avatar::run(args),
         Command::Render(args) => render::run(args),

@@ -17,6 +17,9 @@ use crate::failure::OrBadInput;
 /// Number of names listed in a message, and of characters shown of each.
 const MAX_LISTED: usize = 40;
 
+/// Selects the head of a body model.
+const HEAD: &str = "head";
+
 /// A mesh, and what to call it.
 #[derive(Debug)]
 pub(crate) struct LoadedMesh {
@@ -55,6 +58,11 @@ impl MeshFile {
             Some(selector) => format!("{file}#{selector}"),
             None => file.into_owned(),
         }
+    }
+
+    /// Whether the head of a body model is selected, in its own layout.
+    fn is_head(&self) -> bool {
+        self.selector.as_deref() == Some(HEAD)
     }
 
     /// The selector as a name and a UV set: digits alone, or after the last slash, are a set.
@@ -105,6 +113,7 @@ fn load(file: &MeshFile) -> anyhow::Result<Mesh> {
             error => error.into(),
         }),
         Format::Ply => part(ply::read(path)?, file),
+        Format::Model if file.is_head() => Ok(model_mesh::read_head(path)?),
         Format::Model => part(model_mesh::read(path)?, file),
         Format::Obj => part(
             obj::read(path).map_err(|error| match error {
@@ -130,10 +139,12 @@ fn from_pipe(file: &MeshFile) -> anyhow::Result<Mesh> {
         Format::Obj => obj::parse(&bytes)
             .map_err(|error| anyhow!(foreign(&error)))
             .and_then(|mesh| part(mesh, file)),
-        Format::Model => arrays::parse(&bytes)
-            .map_err(Into::into)
-            .and_then(|arrays| Ok(model_mesh::from_arrays(&arrays)?))
-            .and_then(|mesh| part(mesh, file)),
+        Format::Model => {
+            arrays::parse(&bytes).map_err(Into::into).and_then(|arrays| match file.is_head() {
+                true => Ok(model_mesh::head_from_arrays(&arrays)?),
+                false => part(model_mesh::from_arrays(&arrays)?, file),
+            })
+        }
     };
     mesh.with_context(|| file.path.display().to_string())
 }

@@ -120,8 +120,8 @@ fn bad_options_and_files_are_refused_before_any_work() {
             "must be a number from 0 to 1",
         ),
         (
-            "avatar --selfie me.glb --body demo --onto #c08a70 --size 256 -o me.glb",
-            "me.glb: No such file",
+            "avatar --selfie none.png --body demo --onto #c08a70 --size 256 -o me.glb",
+            "none.png: No such file",
         ),
     ] {
         bench.refuse(args, &[wanted]);

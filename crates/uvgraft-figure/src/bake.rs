@@ -1,16 +1,12 @@
-//! Paints a texture by evaluating a colour function at the surface point of every texel. Colours
-//! are functions of the point in space at rest, so charts have no visible seams.
+//! Paints the figure's textures: colours of its parts at the surface point of every texel.
 
 use glam::Vec3;
-use uvgraft::raster::ScanTriangle;
-use uvgraft::{Channels, Encoding, Mesh, Size, Texels, Texture, Value, threads};
-use uvgraft_avatar::normals::vertex_normals;
+use uvgraft::{Mesh, Size, Texture};
+use uvgraft_avatar::paint::bake;
+pub(crate) use uvgraft_avatar::paint::texel::Color;
 
 use super::PartFaces;
 use super::surface::BodyPart;
-
-/// sRGB values, 1.0 for white.
-pub(crate) type Color = [f32; 3];
 
 /// A surface point to be coloured.
 pub(crate) struct Spot {
@@ -20,12 +16,7 @@ pub(crate) struct Spot {
     pub normal: Vec3,
 }
 
-const BAND: usize = 16;
-
-/// Colours every texel that a chart covers, and fills a gutter around the charts.
-///
-/// The triangles are binned into bands of rows, which are painted in parallel. A texel that two
-/// triangles share is painted by the later one, whatever the number of threads.
+/// Colours every texel that a chart covers; see [`bake::bake`].
 pub(crate) fn bake(
     mesh: &Mesh,
     parts: &[PartFaces],
@@ -33,140 +24,13 @@ pub(crate) fn bake(
     background: Color,
     color: impl Fn(&Spot) -> Color + Sync,
 ) -> Texture {
-    let normals = vertex_normals(mesh.positions(), mesh.faces());
-    let triangles: Vec<Triangle> = parts
-        .iter()
-        .flat_map(|part| part.faces.clone().map(move |face| (part.part, face)))
-        .filter_map(|(part, face)| Triangle::new(mesh, &normals, part, face, size))
-        .collect();
-    let width = size.width as usize;
-    let mut bands = vec![Vec::new(); (size.height as usize).div_ceil(BAND)];
-    for (index, triangle) in triangles.iter().enumerate() {
-        let rows = triangle.scan.rows();
-        let touched = rows.start as usize / BAND..=(rows.end as usize - 1) / BAND;
-        for band in &mut bands[touched] {
-            band.push(index);
-        }
-    }
-    let fill = background.map(u8::from_unit);
-    let mut texels = fill.repeat(size.texels());
-    let mut painted = vec![0_u8; size.texels()];
-    let pieces = texels.chunks_mut(width * BAND * 3).zip(painted.chunks_mut(width * BAND));
-    threads::for_each(pieces.zip(&bands), |band, ((texels, painted), indices)| {
-        let first = (band * BAND) as u32;
-        let end = (first + BAND as u32).min(size.height);
-        for &index in indices {
-            let triangle = &triangles[index];
-            let rows = triangle.scan.rows();
-            for row in rows.start.max(first)..rows.end.min(end) {
-                for column in triangle.scan.span(row) {
-                    let texel = (row - first) as usize * width + column as usize;
-                    let spot = triangle.spot(column as f32 + 0.5, row as f32 + 0.5);
-                    let value = color(&spot).map(u8::from_unit);
-                    texels[texel * 3..texel * 3 + 3].copy_from_slice(&value);
-                    painted[texel] = 1;
-                }
-            }
-        }
-    });
-    let gutter = (size.width.max(size.height) / 256).max(2) as usize;
-    spread(&mut texels, &mut painted, width, gutter);
-    Texture::new(size, Channels::Rgb, Encoding::Srgb, Texels::U8(texels))
-        .expect("the buffer was made for this size")
-}
-
-struct Triangle {
-    scan: ScanTriangle,
-    part: BodyPart,
-    /// Texel coordinates of the first corner, then the rows of the matrix that gives the
-    /// barycentric weights of the other two corners.
-    origin: [f32; 2],
-    weights: [[f32; 2]; 2],
-    positions: [Vec3; 3],
-    normals: [Vec3; 3],
-}
-
-impl Triangle {
-    fn new(mesh: &Mesh, normals: &[Vec3], part: BodyPart, face: usize, size: Size) -> Option<Self> {
-        const CENTIMETRES: f32 = 100.0;
-        let [a, b, c] = mesh.uv_triangle(face).map(|[u, v]| {
-            [f64::from(u) * f64::from(size.width), f64::from(v) * f64::from(size.height)]
-        });
-        let scan = ScanTriangle::new([a, b, c], size)?;
-        let (ab, ac) = ([b[0] - a[0], b[1] - a[1]], [c[0] - a[0], c[1] - a[1]]);
-        let area = ab[0] * ac[1] - ab[1] * ac[0];
-        let weights = [[ac[1] / area, -ac[0] / area], [-ab[1] / area, ab[0] / area]];
-        let vertices = mesh.faces()[face].map(|vertex| vertex as usize);
-        Some(Self {
-            scan,
-            part,
-            origin: a.map(|value| value as f32),
-            weights: weights.map(|row| row.map(|value| value as f32)),
-            positions: vertices.map(|v| Vec3::from(mesh.positions()[v]) * CENTIMETRES),
-            normals: vertices.map(|v| normals[v]),
-        })
-    }
-
-    fn spot(&self, x: f32, y: f32) -> Spot {
-        let (dx, dy) = (x - self.origin[0], y - self.origin[1]);
-        let [b, c] = self.weights.map(|row| row[0] * dx + row[1] * dy);
-        let blend = |[p, q, r]: [Vec3; 3]| p * (1.0 - b - c) + q * b + r * c;
-        Spot {
-            part: self.part,
-            position: blend(self.positions),
-            normal: blend(self.normals).normalize_or_zero(),
-        }
-    }
-}
-
-/// Fills the gutter: copies painted texels outwards along rows, then along columns, so that
-/// filtering near chart edges does not pick up the background.
-fn spread(texels: &mut [u8], painted: &mut [u8], width: usize, gutter: usize) {
-    let rows = texels.chunks_mut(width * 3).zip(painted.chunks_mut(width));
-    threads::for_each(rows, |_, (texels, painted)| {
-        let source = painted.to_vec();
-        for step in [1_isize, -1] {
-            let mut distance = gutter;
-            let mut value = [0; 3];
-            for k in 0..width {
-                let x = if step > 0 { k } else { width - 1 - k };
-                if source[x] == 1 {
-                    distance = 0;
-                    value.copy_from_slice(&texels[x * 3..x * 3 + 3]);
-                    continue;
-                }
-                distance += 1;
-                // Painted texels are marked 1, copies with their distance plus 1.
-                let mark = (distance + 1).min(255) as u8;
-                if distance <= gutter && (painted[x] == 0 || mark < painted[x]) {
-                    texels[x * 3..x * 3 + 3].copy_from_slice(&value);
-                    painted[x] = mark;
-                }
-            }
-        }
-    });
-    let height = painted.len() / width;
-    let source: Vec<bool> = painted.iter().map(|&mark| mark > 0).collect();
-    for down in [true, false] {
-        let mut distance = vec![gutter; width];
-        for k in 0..height {
-            let y = if down { k } else { height - 1 - k };
-            for (x, distance) in distance.iter_mut().enumerate() {
-                let texel = y * width + x;
-                if source[texel] {
-                    *distance = 0;
-                    continue;
-                }
-                *distance += 1;
-                let mark = (*distance + 1).min(255) as u8;
-                if *distance <= gutter && (painted[texel] == 0 || mark < painted[texel]) {
-                    let from = if down { texel - width } else { texel + width } * 3;
-                    texels.copy_within(from..from + 3, texel * 3);
-                    painted[texel] = mark;
-                }
-            }
-        }
-    }
+    let mut part_of: Vec<Option<BodyPart>> = vec![None; mesh.faces().len()];
+    parts.iter().for_each(|part| part_of[part.faces.clone()].fill(Some(part.part)));
+    let faces = parts.iter().flat_map(|part| part.faces.clone());
+    bake::bake(mesh, faces, size, background, |spot| {
+        let bake::Spot { face, position, normal } = *spot;
+        part_of[face].map_or(background, |part| color(&Spot { part, position, normal }))
+    })
 }
 
 /// Interpolates between two colours.
@@ -181,6 +45,8 @@ pub(crate) fn scaled(color: Color, factor: f32) -> Color {
 
 #[cfg(test)]
 mod tests {
+    use uvgraft::raster::ScanTriangle;
+
     use super::*;
     use crate::Figure;
 
@@ -207,15 +73,5 @@ mod tests {
                 }
             }
         }
-    }
-
-    #[test]
-    fn the_gutter_takes_the_nearest_colour() {
-        let mut texels = vec![0; 15];
-        texels[6] = 9;
-        let mut painted = vec![0, 0, 1, 0, 0];
-        spread(&mut texels, &mut painted, 5, 1);
-        assert_eq!(painted, [0, 2, 1, 2, 0]);
-        assert_eq!((texels[3], texels[9], texels[12]), (9, 9, 0));
     }
 }

@@ -3,12 +3,19 @@
 //! Only the four arrays of the mesh are read, not the shapes and correctives, which take most of
 //! such a file.
 //!
+//! The open body (crate `uvgraft-open-body`) also has names of its parts, and a second layout on its
+//! head:
+//!
+//! - `part_names`: a string with a line for each part; `face_part` `[triangles]`: the part of each.
+//! - `head_v` `[vertices of the head]`: indices into `v_template`; `head_f` `[triangles, 3]`: indices
+//!   into `head_v`; `head_vt`, `head_ft`: its layout, as `vt` and `ft`.
+//!
 //! Source: the model files of SMPL-X, 1.1, and of textured FLAME models: `v_template` and `f` as in
 //! every model, `vt` and `ft` as in an OBJ file, with `v` upwards.
 
 use std::path::Path;
 
-use uvgraft::mesh::{Mesh, MeshError};
+use uvgraft::mesh::{Mesh, MeshError, MeshPart};
 
 use crate::arrays::{ArrayFile, ArraySelection, ArraysError, NamedArrays};
 use crate::input::ReadError;
@@ -17,6 +24,9 @@ const POSITIONS: &str = "v_template";
 const FACES: &str = "f";
 const UV: &str = "vt";
 const UV_FACES: &str = "ft";
+const PART_NAMES: &str = "part_names";
+const FACE_PART: &str = "face_part";
+const HEAD: [&str; 4] = ["head_v", "head_f", "head_vt", "head_ft"];
 
 /// Why the arrays of a file are not a mesh with a UV layout.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
@@ -53,6 +63,15 @@ pub enum ModelMeshError {
     /// The mesh as a whole was rejected.
     #[error(transparent)]
     Mesh(#[from] MeshError),
+    /// A model whose head has no layout of its own.
+    #[error("the head of the model has no layout of its own (array `{missing}`)")]
+    NoHead {
+        /// The array that is missing.
+        missing: &'static str,
+    },
+    /// Parts do not cover the triangles.
+    #[error("array `{FACE_PART}` must hold a line of `{PART_NAMES}` for each triangle")]
+    Parts,
 }
 
 /// Makes a mesh from the arrays of a model.
@@ -77,9 +96,88 @@ pub fn from_arrays(arrays: &NamedArrays) -> Result<Mesh, ModelMeshError> {
     }
     let uv = rows::<2>(arrays, UV, "uv coordinates, 2")?;
     let uv_faces = indices(arrays, UV_FACES)?;
+    let parts = parts(arrays, faces.len())?;
+    Ok(mesh(positions, uv, &faces, &uv_faces)?.with_parts(parts))
+}
+
+/// Makes a mesh of the head alone, in its own layout, from the arrays of a model that has one; see
+/// the [module](self).
+///
+/// # Errors
+/// [`ModelMeshError::NoHead`] if it has none; otherwise as [`from_arrays`].
+pub fn head_from_arrays(arrays: &NamedArrays) -> Result<Mesh, ModelMeshError> {
+    for missing in HEAD {
+        if matches!(arrays.require(missing), Err(ArraysError::Missing { .. })) {
+            return Err(ModelMeshError::NoHead { missing });
+        }
+    }
+    let positions = rows::<3>(arrays, POSITIONS, "vertices, 3")?;
+    let positions = head_vertices(arrays)?
+        .into_iter()
+        .map(|vertex| positions.get(vertex as usize).copied())
+        .collect::<Option<Vec<_>>>()
+        .ok_or(ModelMeshError::Indices { name: HEAD[0] })?;
+    let faces = indices(arrays, HEAD[1])?;
+    let uv = rows::<2>(arrays, HEAD[2], "uv coordinates, 2")?;
+    let uv_faces = indices(arrays, HEAD[3])?;
+    mesh(positions, uv, &faces, &uv_faces)
+}
+
+/// For each vertex of [`head_from_arrays`], its index in the model.
+///
+/// # Errors
+/// [`ModelMeshError`] if the array is missing or malformed.
+pub fn head_vertices(arrays: &NamedArrays) -> Result<Vec<u32>, ModelMeshError> {
+    let name = HEAD[0];
+    let array = arrays.require(name)?;
+    let [_] = array.shape() else {
+        let found = array.shape().to_vec();
+        return Err(ModelMeshError::Shape { name, wanted: "vertices", found });
+    };
+    let numbers = array.integers().ok_or(ModelMeshError::Indices { name })?;
+    let numbers: Result<Vec<u32>, _> = numbers.into_iter().map(u32::try_from).collect();
+    numbers.map_err(|_| ModelMeshError::Indices { name })
+}
+
+fn mesh(
+    positions: Vec<[f64; 3]>,
+    uv: Vec<[f64; 2]>,
+    faces: &[[u32; 3]],
+    uv_faces: &[[u32; 3]],
+) -> Result<Mesh, ModelMeshError> {
     let positions = positions.into_iter().map(|position| position.map(|x| x as f32)).collect();
     let uv = uv.into_iter().map(|[u, v]| [u as f32, (1.0 - v) as f32]).collect();
-    Ok(Mesh::from_triangles(positions, uv, &faces, &uv_faces)?)
+    Ok(Mesh::from_triangles(positions, uv, faces, uv_faces)?)
+}
+
+/// The parts of a model that names any, as groups.
+fn parts(arrays: &NamedArrays, triangles: usize) -> Result<Vec<MeshPart>, ModelMeshError> {
+    let Some(names) = arrays.text(PART_NAMES) else { return Ok(Vec::new()) };
+    let names: Vec<&str> = names.lines().collect();
+    let numbers = arrays.require(FACE_PART)?.integers().unwrap_or_default();
+    if numbers.len() != triangles {
+        return Err(ModelMeshError::Parts);
+    }
+    let mut parts: Vec<MeshPart> = Vec::new();
+    let mut last = None;
+    for (face, number) in (0..).zip(numbers) {
+        if last == Some(number)
+            && let Some(part) = parts.last_mut()
+        {
+            part.polygons.end = face + 1;
+            continue;
+        }
+        let name = usize::try_from(number).ok().and_then(|number| names.get(number));
+        let group = (*name.ok_or(ModelMeshError::Parts)?).to_owned();
+        last = Some(number);
+        parts.push(MeshPart {
+            object: String::new(),
+            group,
+            material: String::new(),
+            polygons: face..face + 1,
+        });
+    }
+    Ok(parts)
 }
 
 /// Reads the mesh of a model file (NPZ or pickle); see [`from_arrays`], and
@@ -89,17 +187,30 @@ pub fn from_arrays(arrays: &NamedArrays) -> Result<Mesh, ModelMeshError> {
 /// [`ReadError`] if the file cannot be read, or its arrays are rejected by [`from_arrays`]. Each
 /// names the file.
 pub fn read(path: &Path) -> Result<Mesh, ReadError<ModelMeshError>> {
+    read_arrays(path, &[POSITIONS, FACES, UV, UV_FACES, PART_NAMES, FACE_PART], from_arrays)
+}
+
+/// Reads the mesh of a model's head in its own layout; see [`head_from_arrays`].
+///
+/// # Errors
+/// As [`read`].
+pub fn read_head(path: &Path) -> Result<Mesh, ReadError<ModelMeshError>> {
+    let [vertices, faces, uv, uv_faces] = HEAD;
+    read_arrays(path, &[POSITIONS, vertices, faces, uv, uv_faces], head_from_arrays)
+}
+
+fn read_arrays(
+    path: &Path,
+    names: &[&str],
+    make: impl Fn(&NamedArrays) -> Result<Mesh, ModelMeshError>,
+) -> Result<Mesh, ReadError<ModelMeshError>> {
     let refused = |error: ReadError<ArraysError>| error.map_content(ModelMeshError::from);
     let mut file = ArrayFile::open(path).map_err(refused)?;
     let wanted = |name: &str, _: &[usize]| {
-        if [POSITIONS, FACES, UV, UV_FACES].contains(&name) {
-            ArraySelection::All
-        } else {
-            ArraySelection::Nothing
-        }
+        if names.contains(&name) { ArraySelection::All } else { ArraySelection::Nothing }
     };
     let arrays = file.read(wanted).map_err(refused)?;
-    from_arrays(&arrays).map_err(|reason| ReadError::Content { path: path.to_path_buf(), reason })
+    make(&arrays).map_err(|reason| ReadError::Content { path: path.to_path_buf(), reason })
 }
 
 fn rows<const N: usize>(
@@ -155,6 +266,36 @@ mod tests {
         assert_eq!(mesh.faces(), [[0, 1, 2], [0, 2, 3]]);
         assert_eq!(mesh.uv_faces(), [[0, 1, 2], [3, 4, 5]]);
         assert_eq!((mesh.positions()[2], mesh.uv()[2]), ([1.0, 1.0, 0.5], [0.5, 0.25]));
+    }
+
+    #[test]
+    fn heads_have_a_layout_of_their_own_and_parts_have_names() {
+        let mut arrays = model();
+        let missing = head_from_arrays(&arrays).unwrap_err();
+        assert_eq!(missing, ModelMeshError::NoHead { missing: "head_v" });
+        let integers = |shape: &[usize], values: &[i64]| {
+            NumericArray::new_i64(shape.to_vec(), values.to_vec()).unwrap()
+        };
+        arrays.insert(HEAD[0], integers(&[3], &[0, 2, 3]));
+        arrays.insert(HEAD[1], integers(&[1, 3], &[0, 1, 2]));
+        let uv = vec![0.0, 0.0, 1.0, 0.0, 1.0, 0.75];
+        arrays.insert(HEAD[2], NumericArray::new_f64(vec![3, 2], uv).unwrap());
+        arrays.insert(HEAD[3], integers(&[1, 3], &[0, 1, 2]));
+        arrays.insert_text(PART_NAMES, "skin\neye");
+        arrays.insert(FACE_PART, integers(&[2], &[0, 1]));
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("model.npz");
+        save_npz(&arrays, &path).unwrap();
+        let head = read_head(&path).unwrap();
+        assert_eq!(head.faces(), [[0, 1, 2]]);
+        assert_eq!((head.positions()[1], head.uv()[2]), ([1.0, 1.0, 0.5], [1.0, 0.25]));
+        let whole = read(&path).unwrap();
+        let names: Vec<_> = whole.parts().iter().map(|p| (&*p.group, p.polygons.clone())).collect();
+        assert_eq!(names, [("skin", 0..1), ("eye", 1..2)]);
+        arrays.insert(HEAD[0], integers(&[3], &[0, 2, 4]));
+        head_from_arrays(&arrays).unwrap_err();
+        arrays.insert(FACE_PART, integers(&[2], &[0, 2]));
+        assert_eq!(from_arrays(&arrays), Err(ModelMeshError::Parts));
     }
 
     #[test]

@@ -10,10 +10,13 @@ use uvgraft::threads::map_indices;
 use crate::head::Head;
 use crate::layout_texels::LayoutTexels;
 use crate::mirror::Mirror;
-use crate::raster::bilinear;
+use crate::raster::{bilinear, blurred};
 
 /// Smoothness of colours that spread over the surface, in eye distances.
-const SPREAD: Smoothness = Smoothness { bending: 0.1, membrane: 1.5 };
+const SPREAD: Smoothness = Smoothness { bending: 0.02, membrane: 0.5 };
+
+/// The inside of the mouth, which photographs show by chance.
+const MOUTH: [f32; 3] = [0.34, 0.13, 0.12];
 
 /// A head's layout, prepared for completing textures.
 pub(crate) struct Completion<'a> {
@@ -40,10 +43,14 @@ impl<'a> Completion<'a> {
         let size = self.texels.size();
         let Some(tones) = self.tones(&colors, known) else { return colors };
         let mirror = Mirror::new(self.head);
-        let packed: Vec<[f32; 4]> =
-            colors.iter().zip(known).map(|(&[r, g, b], &known)| [r, g, b, known]).collect();
+        let packed: Vec<[f32; 4]> = colors
+            .iter()
+            .zip(self.feathered(known))
+            .map(|(&[r, g, b], known)| [r, g, b, known])
+            .collect();
         drop(colors);
         let on_scalp = self.head.anatomy.area(Area::Scalp);
+        let in_mouth = self.head.anatomy.area(Area::MouthInterior);
         map_indices(size.texels(), |texel| {
             let [r, g, b, known] = packed[texel];
             let Some(place) = self.texels.place(texel) else { return [0.0; 3] };
@@ -53,9 +60,11 @@ impl<'a> Completion<'a> {
             });
             let share: f32 =
                 (0..3).map(|c| place.weights[c] as f32 * on_scalp[corners[c] as usize]).sum();
-            let mut filled = tone;
+            let mouth: f32 =
+                (0..3).map(|c| place.weights[c] as f32 * in_mouth[corners[c] as usize]).sum();
+            let mut filled = mixed(tone, MOUTH, smoothstep(0.4, 0.8, mouth));
             if let Some(hair) = scalp {
-                let share = smoothstep(0.3, 0.7, share);
+                let share = smoothstep(0.15, 0.85, share) * (1.0 - mouth);
                 filled = std::array::from_fn(|k| filled[k] + (hair[k] - filled[k]) * share);
             }
             if known < 1.0
@@ -69,41 +78,96 @@ impl<'a> Completion<'a> {
         })
     }
 
+    /// What is known, fading towards what is not over some millimetres: what is filled never has
+    /// quite the tone of what it adjoins.
+    fn feathered(&self, known: &[f32]) -> Vec<f32> {
+        const SHARE: u32 = 110;
+        let size = self.texels.size();
+        let radius = (size.width.max(size.height) / SHARE) as usize;
+        let areas = [Area::Lips, Area::MouthInterior].map(|area| self.head.anatomy.area(area));
+        let is_mouth = |face: u32| {
+            let corners = self.head.mesh.faces()[face as usize];
+            areas.iter().any(|area| corners.iter().any(|&vertex| area[vertex as usize] > 0.3))
+        };
+        // Beside islands there is nothing to fade towards, and lips are narrow.
+        let known_or_beside: Vec<[f32; 1]> = (0..known.len())
+            .map(|texel| match self.texels.face(texel) {
+                Some(face) if !is_mouth(face) => [known[texel]],
+                _ => [1.0],
+            })
+            .collect();
+        let around = blurred(size, &known_or_beside, radius);
+        known
+            .iter()
+            .zip(around)
+            .map(|(known, around)| known * smoothstep(0.5, 0.95, around[0]))
+            .collect()
+    }
+
     /// `[vertices]`: the colour of skin at each, from texels that are known, spread over the rest.
     fn tones(&self, colors: &[[f32; 3]], known: &[f32]) -> Option<Vec<[f64; 3]>> {
+        /// Texels at the edge of what is known are not quite skin.
+        const CERTAIN: f32 = 0.8;
+        /// Weights of what is known and of plain skin elsewhere, beside the field's smoothness.
+        const KNOWN: f64 = 10.0;
+        const PLAIN: f64 = 0.3;
+        let plain = self.plain_skin(colors, known)?;
         let vertices = self.head.mesh.positions().len();
         let (mut sums, mut weights) = (vec![DVec3::ZERO; vertices], vec![0.0; vertices]);
         let mut counts = vec![0.0; vertices];
         for (texel, (color, &known)) in colors.iter().zip(known).enumerate() {
             let Some(place) = self.texels.place(texel) else { continue };
             let corners = self.head.mesh.faces()[place.face as usize];
-            let color = DVec3::from(color.map(f64::from));
+            let is_known = f64::from(u8::from(known > CERTAIN));
+            let color = DVec3::from(color.map(f64::from)) - plain;
             for k in 0..3 {
                 let (at, share) = (corners[k] as usize, place.weights[k].max(0.0));
                 counts[at] += share;
-                weights[at] += share * f64::from(known);
-                sums[at] += color * (share * f64::from(known));
+                weights[at] += share * is_known;
+                sums[at] += color * (share * is_known);
             }
         }
-        let total: f64 = weights.iter().sum();
-        if total <= 0.0 {
-            return None;
-        }
-        // Colours relative to their mean, to which the field tends where nothing is near.
-        let mean = sums.iter().sum::<DVec3>() / total;
         let areas = self.head.field.areas();
         let at: Vec<(f64, [f64; 3])> = (0..vertices)
             .map(|vertex| {
-                let color = sums[vertex] / weights[vertex].max(1e-9) - mean;
                 let share = weights[vertex] / f64::max(counts[vertex], 1e-9);
-                (10.0 * areas[vertex] * share, color.to_array())
+                let known = KNOWN * share * share;
+                let color = sums[vertex] / f64::max(weights[vertex], 1e-9);
+                let weight = known + PLAIN;
+                (weight * areas[vertex], (color * (known / weight)).to_array())
             })
             .collect();
         let unit = self.head.unit();
         let smoothness =
             Smoothness { bending: SPREAD.bending * unit, membrane: SPREAD.membrane * unit };
         let spread = self.head.field.solve(smoothness, &at, &[])?;
-        Some(spread.into_iter().map(|color| (DVec3::from(color) + mean).to_array()).collect())
+        Some(spread.into_iter().map(|color| (DVec3::from(color) + plain).to_array()).collect())
+    }
+
+    /// The median colour of the cheeks and the nose, or of all that is known if they are not.
+    fn plain_skin(&self, colors: &[[f32; 3]], known: &[f32]) -> Option<DVec3> {
+        const CERTAIN: f32 = 0.8;
+        const FEWEST: usize = 200;
+        let areas = [Area::Cheeks, Area::Nose].map(|area| self.head.anatomy.area(area));
+        let is_plain = |face: u32| {
+            let corners = self.head.mesh.faces()[face as usize];
+            areas.iter().any(|area| corners.iter().all(|&vertex| area[vertex as usize] > 0.6))
+        };
+        let median = |texels: Vec<usize>| {
+            DVec3::from_array(std::array::from_fn(|k| {
+                let mut values: Vec<f32> = texels.iter().map(|&texel| colors[texel][k]).collect();
+                let middle = values.len() / 2;
+                f64::from(*values.select_nth_unstable_by(middle, f32::total_cmp).1)
+            }))
+        };
+        let certain = || (0..known.len()).filter(|&texel| known[texel] > CERTAIN);
+        let of_skin: Vec<usize> =
+            certain().filter(|&texel| self.texels.face(texel).is_some_and(is_plain)).collect();
+        if of_skin.len() >= FEWEST {
+            return Some(median(of_skin));
+        }
+        let all: Vec<usize> = certain().collect();
+        (!all.is_empty()).then(|| median(all))
     }
 }
 

@@ -15,9 +15,6 @@ use crate::landmarks::regions::{
 /// A movement, as displacements of landmarks in distances between the eyes.
 type Movement = Vec<DVec3>;
 
-/// The centre of the eyes is this far from the midline on the average face, in centimetres.
-const HALF_UNIT: f64 = 3.15;
-
 /// How strongly movements are kept small, relative to how well they are seen.
 const PRIOR: f64 = 0.15;
 
@@ -31,7 +28,6 @@ const SHARE: f64 = 0.9;
 /// - `weights`: how sure each is.
 pub(crate) fn removed(canonical: &[DVec3], displacements: &[DVec3], weights: &[f64]) -> Vec<DVec3> {
     let movements = movements(canonical);
-    let unit = 2.0 * HALF_UNIT;
     // Shape is smooth: what it may explain is not seen as expression. So both the displacements
     // and the movements are freed of affine changes of the whole face first.
     let basis = Affine::new(canonical, weights);
@@ -45,7 +41,6 @@ pub(crate) fn removed(canonical: &[DVec3], displacements: &[DVec3], weights: &[f
         dot(&moves[i], &moves[j]) * if i == j { 1.0 + PRIOR } else { 1.0 }
     });
     let right = DVector::from_fn(count, |i, _| dot(&moves[i], &seen));
-    let _ = unit;
     let amounts = bounded(&matrix, &right);
     let mut neutral = displacements.to_vec();
     for (movement, amount) in movements.iter().zip(&amounts) {
@@ -53,7 +48,61 @@ pub(crate) fn removed(canonical: &[DVec3], displacements: &[DVec3], weights: &[f
             *neutral -= *by * (amount * SHARE);
         }
     }
+    close_lips(canonical, &mut neutral);
     neutral
+}
+
+/// Lets the lips meet as they do at rest: what is left between them, above half of it comes down
+/// and below half of it up, less and less away from the mouth.
+fn close_lips(canonical: &[DVec3], displacements: &mut [DVec3]) {
+    /// How far around the mouth surfaces give way, in centimetres.
+    const AROUND: f64 = 1.1;
+    if canonical.len() <= LIPS_INNER.iter().copied().fold(0, usize::max) {
+        return;
+    }
+    // The inner outline goes along the lower lip and back along the upper one.
+    let pairs: Vec<(usize, usize)> = (1..10).map(|k| (LIPS_INNER[20 - k], LIPS_INNER[k])).collect();
+    let gaps: Vec<(f64, DVec3)> = pairs
+        .iter()
+        .map(|&(upper, lower)| {
+            let x = (canonical[upper].x + canonical[lower].x) / 2.0;
+            (x, displacements[upper] - displacements[lower])
+        })
+        .collect();
+    let line = |x: f64| {
+        let nearest = pairs.iter().min_by(|a, b| {
+            let off = |pair: &(usize, usize)| (canonical[pair.0].x - x).abs();
+            off(a).total_cmp(&off(b))
+        });
+        nearest.map_or(DVec3::ZERO, |&(upper, lower)| (canonical[upper] + canonical[lower]) / 2.0)
+    };
+    let gap = |x: f64| {
+        let weight = |at: f64| (-0.5 * ((at - x) / 0.5).powi(2)).exp();
+        let total: f64 = gaps.iter().map(|&(at, _)| weight(at)).sum();
+        let sum: DVec3 = gaps.iter().map(|&(at, gap)| gap * weight(at)).sum();
+        if total > 1e-6 { sum / total } else { DVec3::ZERO }
+    };
+    let is_lower = lower_lip(canonical);
+    let is_lip = |index: usize| LIPS_INNER.contains(&index) || LIPS_OUTER.contains(&index);
+    let corners = [LIPS_INNER[0], LIPS_INNER[10], LIPS_OUTER[0], LIPS_OUTER[10]];
+    let moves: Vec<DVec3> = canonical
+        .iter()
+        .enumerate()
+        .map(|(index, &point)| {
+            if corners.contains(&index) {
+                return DVec3::ZERO;
+            }
+            let line = line(point.x);
+            let below = if is_lip(index) { is_lower[index] } else { point.y < line.y };
+            let beside =
+                (point.x.abs() - gaps.iter().map(|gap| gap.0).fold(0.0, f64::max)).max(0.0);
+            let away =
+                if LIPS_INNER.contains(&index) { 0.0 } else { (point.y - line.y).hypot(beside) };
+            let share = (-0.5 * (away / AROUND).powi(2)).exp();
+            gap(point.x) * if below { 0.5 * share } else { -0.5 * share }
+        })
+        .collect();
+    displacements.iter_mut().zip(moves).for_each(|(at, by)| *at += by);
 }
 
 /// Coordinate descent with amounts of at least 0.
@@ -177,4 +226,48 @@ fn lower_lip(canonical: &[DVec3]) -> Vec<bool> {
         }
     }
     is_lower
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Points on a bulge, with lips that nearly touch along a line and corners 5 cm apart.
+    fn face() -> Vec<DVec3> {
+        let mut points: Vec<DVec3> = (0..468)
+            .map(|index| {
+                let (column, row) = (index % 22, index / 22);
+                let (x, y) = (column as f64 * 0.65 - 6.8, row as f64 * 0.7 - 9.0);
+                DVec3::new(x, y, 5.0 - 0.05 * (x * x + 0.5 * y * y))
+            })
+            .collect();
+        for (outline, height) in [(LIPS_OUTER, 0.9), (LIPS_INNER, 0.05)] {
+            for (k, index) in outline.into_iter().enumerate() {
+                let along = (k % 10) as f64 / 10.0 * std::f64::consts::PI;
+                let side = if k < 10 { -1.0 } else { 1.0 };
+                let (x, y) = (2.5 * along.cos() * side, side * height * along.sin() - 4.0);
+                points[index] = DVec3::new(x, y, 5.0 - 0.05 * (x * x + 0.5 * y * y));
+            }
+        }
+        points
+    }
+
+    #[test]
+    fn an_open_mouth_is_closed_and_a_wide_face_stays_wide() {
+        let canonical = face();
+        let open = &movements(&canonical)[0];
+        let wide: Vec<DVec3> =
+            canonical.iter().map(|point| DVec3::new(0.02 * point.x, 0.0, 0.0)).collect();
+        let seen: Vec<DVec3> = wide.iter().zip(open).map(|(wide, open)| *wide + *open).collect();
+        let weights = vec![1.0; canonical.len()];
+        let neutral = removed(&canonical, &seen, &weights);
+        for k in 1..10 {
+            let (upper, lower) = (neutral[LIPS_INNER[20 - k]], neutral[LIPS_INNER[k]]);
+            assert!((upper.y - lower.y).abs() < 0.02, "{k}: {upper} {lower}");
+        }
+        let rest = removed(&canonical, &wide, &weights);
+        for (rest, wide) in rest.iter().zip(&wide) {
+            assert!(rest.distance(*wide) < 0.02, "{rest} {wide}");
+        }
+    }
 }

@@ -24,12 +24,17 @@ const DEPTH_SIDE: f64 = 1400.0;
 
 /// Cosines between normal and line of sight below which a texel is not known, and above which it is
 /// known fully.
-const FACING: [f64; 2] = [0.18, 0.62];
+const FACING: [f64; 2] = [0.12, 0.42];
 
 /// Distances in eye distances: how far behind the nearest surface a texel may be and still be that
-/// surface, and how far from a silhouette or a step of depth it must be.
+/// surface, and how far from the head's silhouette and from steps of depth within it a texel must
+/// be. Fits are off by some pixels, and beside the silhouette is the background.
 const SAME_SURFACE: f64 = 0.06;
-const FROM_STEP: f64 = 0.05;
+const FROM_SILHOUETTE: f64 = 0.05;
+const FROM_STEP: f64 = 0.015;
+
+/// The same in pixels of the photograph, at least.
+const LEAST_PX: f64 = 1.0;
 
 /// Why a photograph was not carried over.
 #[derive(Debug, thiserror::Error)]
@@ -228,14 +233,21 @@ impl Sight<'_> {
         if hidden > SAME_SURFACE * unit {
             return 0.0;
         }
-        let reach = FROM_STEP * unit * self.camera.scale(depth) * self.scale;
+        let per_unit = unit * self.camera.scale(depth);
+        let [silhouette, step] = [FROM_SILHOUETTE, FROM_STEP]
+            .map(|distance| (distance * per_unit).max(LEAST_PX) * self.scale);
         let mut clear = 1.0_f64;
         for [dx, dy] in AROUND {
             for (share, weight) in [(1.0, 0.5), (0.5, 0.0)] {
-                let step = depth - nearest(dx * reach * share, dy * reach * share);
-                // In front of it, or far behind or beside the mesh. Slopes are no steps.
-                let slope = 1.2 * FROM_STEP * unit * share;
-                if step > SAME_SURFACE * unit + slope || -step > 2.0 * SAME_SURFACE * unit + slope {
+                let reach = silhouette * share;
+                if nearest(dx * reach, dy * reach).is_infinite() {
+                    clear = clear.min(weight);
+                }
+                let reach = step * share;
+                let off = (depth - nearest(dx * reach, dy * reach)).abs();
+                // Slopes are no steps.
+                let slope = 1.5 * reach / (per_unit * self.scale) * unit;
+                if off.is_finite() && off > SAME_SURFACE * unit + slope {
                     clear = clear.min(weight);
                 }
             }

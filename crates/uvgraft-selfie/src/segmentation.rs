@@ -60,33 +60,34 @@ impl Evidence<'_> {
         // A bald head's scalp is no hair.
         let hair = on_scalp.filter(|hair| skin.distance(hair.color) > 2.5);
         let raw = map_indices(size.texels(), |texel| {
-            if self.seen[texel] > 0.0 { [self.share(texel, &skin, hair.as_ref())] } else { [0.0] }
+            // Where nothing is seen there is nothing to keep away from.
+            if self.seen[texel] > 0.0 { self.share(texel, &skin, hair.as_ref()) } else { [1.0; 2] }
         });
-        // What is beside hair or cloth is mixed with it.
-        let radius = (size.width.max(size.height) as usize / 400).max(1);
+        // What is beside hair or cloth is mixed with it, and edges must not show.
+        let radius = (size.width.max(size.height) as usize / 250).max(1);
         let around = blurred(size, &raw, radius);
         let face = raw.iter().zip(around);
-        let face = face.map(|(raw, around)| raw[0] * smoothstep(0.6, 0.97, around[0])).collect();
+        let face = face.map(|(raw, around)| raw[0] * smoothstep(0.55, 1.0, around[1])).collect();
         Segmentation { face, scalp }
     }
 
-    /// How far a texel is the face.
-    fn share(&self, texel: usize, skin: &ColorModel, hair: Option<&ColorModel>) -> f32 {
+    /// How far a texel is the face; and the same if what is between the lips were.
+    fn share(&self, texel: usize, skin: &ColorModel, hair: Option<&ColorModel>) -> [f32; 2] {
         let px = self.px[texel].map(f64::from);
         let unit = self.unit_px;
         let depth = |outline: &crate::outline::Outline, reach: f64| {
             (outline.depth(px, reach * unit) / unit) as f32
         };
         // Teeth and the dark between the lips.
-        let opening = smoothstep(-0.03, 0.0, depth(&self.outlines.mouth, 0.1));
+        let opening = smoothstep(-0.015, 0.01, depth(&self.outlines.mouth, 0.1));
         if opening >= 1.0 {
-            return 0.0;
+            return [0.0, 1.0];
         }
         let inside = self.at(Area::MouthInterior, texel);
         let outlined = [
             smoothstep(-0.06, 0.0, depth(&self.outlines.lips, 0.1)),
-            smoothstep(-0.1, -0.02, depth(&self.outlines.brows[0], 0.15)),
-            smoothstep(-0.1, -0.02, depth(&self.outlines.brows[1], 0.15)),
+            smoothstep(-0.06, 0.0, depth(&self.outlines.brows[0], 0.1)),
+            smoothstep(-0.06, 0.0, depth(&self.outlines.brows[1], 0.1)),
             smoothstep(-0.12, -0.02, depth(&self.outlines.eyes[0], 0.15)),
             smoothstep(-0.12, -0.02, depth(&self.outlines.eyes[1], 0.15)),
         ];
@@ -107,7 +108,10 @@ impl Evidence<'_> {
         let by_place = is_near(CERTAIN).max(smoothstep(0.5, 0.9, self.at(Area::Jaw, texel)));
         let like_skin =
             hair.map_or(1.0, |hair| smoothstep(-0.3, 1.0, hair.distance(color) as f32 - distance));
-        let by_color = is_near(DOUBTFUL) * like_skin * (1.0 - smoothstep(0.1, 0.4, scalp));
+        // Behind ears is hair, and on them its shadow.
+        let ears = self.at(Area::Ears, texel);
+        let by_color = is_near(DOUBTFUL.map(|limit| limit * (1.0 - 0.25 * ears)));
+        let by_color = by_color * like_skin * (1.0 - smoothstep(0.1, 0.4, scalp));
         let by_label = self.labels.map_or(1.0, |labels| {
             let uv = self.uv(texel);
             let other = labels.at_uv(Label::Cloth, uv).max(labels.at_uv(Label::Hair, uv));
@@ -116,7 +120,8 @@ impl Evidence<'_> {
         let by_color = by_color * by_label;
         let certain = smoothstep(0.3, 0.8, certain);
         let share = by_color + (by_place - by_color) * certain;
-        share.max(outlined) * (1.0 - opening) * (1.0 - smoothstep(0.3, 0.7, inside))
+        let share = share.max(outlined);
+        [share * (1.0 - opening) * (1.0 - smoothstep(0.3, 0.7, inside)), share]
     }
 
     /// Height of a texel above the eyes, in distances between them.

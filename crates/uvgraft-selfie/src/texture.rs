@@ -6,6 +6,7 @@ use uvgraft::easing::smoothstep;
 use uvgraft::labels::{Labeller, Labels};
 use uvgraft::threads::map_indices;
 use uvgraft::{Area, Channels, Encoding, LabelError, Size, Texels, Texture, TextureError};
+use uvgraft_avatar::eyes::clean_head;
 
 use crate::completion::Completion;
 use crate::fit::{Fit, FittedPhoto};
@@ -89,8 +90,12 @@ pub fn textured(
     let bytes = |value: f32| (value.clamp(0.0, 1.0) * 255.0 + 0.5) as u8;
     let colors = Texels::U8(completed.iter().flat_map(|color| color.map(bytes)).collect());
     let known = Texels::U8(known.iter().map(|&known| bytes(known)).collect());
+    let mut texture = Texture::new(options.size, Channels::Rgb, Encoding::Srgb, colors)?;
+    let eyes: Vec<&[u32]> =
+        head.components.eyeballs.iter().map(|ball| ball.vertices.as_slice()).collect();
+    clean_head(&head.mesh, &eyes, &mut texture);
     Ok(SelfieTexture {
-        texture: Texture::new(options.size, Channels::Rgb, Encoding::Srgb, colors)?,
+        texture,
         known: Texture::new(options.size, Channels::Grey, Encoding::Data, known)?,
     })
 }

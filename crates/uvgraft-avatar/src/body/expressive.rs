@@ -32,6 +32,9 @@ impl Shaped<'_> {
     /// [`Shaped::expressions`]; `blink` from the blinks of both eyes; the gaze directions; and
     /// `neutral`, which is the face at rest. Models without anything that moves the face get none.
     ///
+    /// A model with expressions by name has them as morph targets and custom expressions, and the
+    /// presets are combinations of them instead of being solved.
+    ///
     /// # Errors
     /// See [`Pose::check`].
     pub fn add_expressions(&self, avatar: &mut Avatar) -> Result<ExpressionReport, RigError> {
@@ -39,6 +42,12 @@ impl Shaped<'_> {
             return Ok(ExpressionReport { has_none: true, ..ExpressionReport::default() });
         }
         let mut outcome = ExpressionReport::default();
+        if self.has_named_expressions() {
+            self.add_named_expressions(avatar);
+            face::add_gaze(avatar);
+            avatar.expressions.push(Expression::preset(Preset::Neutral, Vec::new()));
+            return Ok(outcome);
+        }
         match Face::find(&avatar.mesh) {
             Ok(face) => {
                 let solved = self.expressions(&face)?;
@@ -79,10 +88,16 @@ impl Shaped<'_> {
     /// # Panics
     /// If `face` was located on a mesh with more vertices.
     pub fn expressions(&self, face: &Face) -> Result<Solved, RigError> {
+        // Blend shapes by name are full expressions at 1, and have no opposite.
+        let limits = if self.has_named_expressions() {
+            [0.0, 1.0]
+        } else {
+            [-MAX_COEFFICIENT, MAX_COEFFICIENT]
+        };
         let mut movements: Vec<BlendBasis> = (0..self.model.expressions())
             .map(|component| BlendBasis {
                 offsets: self.model.expression(component).to_vec(),
-                limits: [-MAX_COEFFICIENT, MAX_COEFFICIENT],
+                limits,
                 is_jaw: false,
             })
             .collect();

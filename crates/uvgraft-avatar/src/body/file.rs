@@ -7,7 +7,8 @@ use uvgraft_io::arrays::{ArrayFile, ArraySelection as Wanted, NamedArrays};
 use uvgraft_io::input::ReadError;
 
 use super::fields::Fields;
-use super::model::{read_correctives, read_kind, split};
+use super::model::{EXPRESSION_NAMES, read_correctives, read_kind, split};
+use super::named_shapes::{GRIDS, PARAMETERS};
 use super::{BodyError, BodyModel, Gender};
 
 /// The parts of a model to read.
@@ -32,13 +33,20 @@ pub struct ModelFile {
     pub model: BodyModel,
     /// Its gender, if the file or its name states it.
     pub gender: Option<Gender>,
+    /// The terms of the model, if the file states them: one line for each part, which copies and
+    /// derived works should quote.
+    pub license: Option<String>,
+    /// Names of the parts of its mesh, such as `skin` and `tongue`, if the file states them.
+    pub parts: Vec<String>,
     /// Names of arrays in the file that are not used.
     pub unused: Vec<String>,
 }
 
 /// The arrays read in full; `kintree_table`, `shapedirs` and `posedirs` are handled separately.
-const WHOLE: [&str; 10] = [
+const WHOLE: [&str; 12] = [
     "v_template",
+    "J_template",
+    "J_shapedirs",
     "exprdirs",
     "J_regressor",
     "weights",
@@ -49,6 +57,13 @@ const WHOLE: [&str; 10] = [
     "hands_meanr",
     "gender",
 ];
+/// Strings read in full.
+const TEXTS: [&str; 4] = [EXPRESSION_NAMES, PARAMETERS, LICENSE, PART_NAMES];
+/// What only other readers use.
+const ELSEWHERE: [&str; 8] =
+    ["license_texts", "face_part", "vt", "ft", "head_v", "head_f", "head_vt", "head_ft"];
+const LICENSE: &str = "license";
+const PART_NAMES: &str = "part_names";
 const KIND: &str = "kintree_table";
 const SHAPES: &str = "shapedirs";
 const POSES: &str = "posedirs";
@@ -66,9 +81,10 @@ impl ModelFile {
     pub fn read(path: &Path, needs: &ReadOptions) -> Result<Self, ReadError<BodyError>> {
         let refused = |reason: BodyError| ReadError::Content { path: path.to_path_buf(), reason };
         let mut file = ArrayFile::open(path).map_err(in_body)?;
-        let mut apart = false;
+        let (mut apart, mut is_named) = (false, false);
         let first = file.read(|name, _| {
             apart |= name == "exprdirs";
+            is_named |= name == PARAMETERS;
             if name == KIND { Wanted::All } else { Wanted::Nothing }
         });
         let first = first.map_err(in_body)?;
@@ -80,10 +96,12 @@ impl ModelFile {
                 (SHAPES, &[_, 3, all]) => {
                     let [betas, expressions] = split(kind, all, apart);
                     let kept = betas.min(needs.betas.max(1));
+                    // Named shapes need all components.
+                    let kept = if is_named { betas } else { kept };
                     known = Some([kept, expressions]);
                     Wanted::Columns(vec![0..kept, betas..betas + expressions])
                 }
-                _ if WHOLE.contains(&name) || name == SHAPES => Wanted::All,
+                _ if is_whole(name) || name == SHAPES => Wanted::All,
                 _ => Wanted::Nothing,
             })
             .map_err(in_body)?;
@@ -91,6 +109,9 @@ impl ModelFile {
         let mut model =
             BodyModel::without_correctives(&Fields(&arrays), kind, known).map_err(refused)?;
         let gender = Gender::from_arrays(&arrays).or_else(|| Gender::of_file(path));
+        let license = arrays.text(LICENSE).map(str::to_owned);
+        let parts = arrays.text(PART_NAMES).unwrap_or_default();
+        let parts = parts.lines().map(str::to_owned).collect();
         let unused = unused(&arrays);
         drop(arrays);
 
@@ -113,7 +134,7 @@ impl ModelFile {
             let poses = read_correctives(&Fields(&poses), &model, Some(features));
             model.correctives = poses.map_err(refused)?;
         }
-        Ok(Self { model, gender, unused })
+        Ok(Self { model, gender, license, parts, unused })
     }
 }
 
@@ -133,8 +154,14 @@ fn in_body(error: ReadError<uvgraft_io::arrays::ArraysError>) -> ReadError<BodyE
     }
 }
 
+fn is_whole(name: &str) -> bool {
+    [&WHOLE[..], &TEXTS, &GRIDS].iter().any(|names| names.contains(&name))
+}
+
 fn unused(arrays: &NamedArrays) -> Vec<String> {
-    let is_used = |name: &&str| WHOLE.contains(name) || [KIND, SHAPES, POSES].contains(name);
+    let is_used = |name: &&str| {
+        is_whole(name) || [KIND, SHAPES, POSES].contains(name) || ELSEWHERE.contains(name)
+    };
     arrays.names().filter(|name| !is_used(name)).map(str::to_owned).collect()
 }
 

@@ -19,6 +19,8 @@ mod gender;
 mod hands;
 mod kind;
 mod model;
+mod named_expressions;
+mod named_shapes;
 mod pose;
 mod rigged;
 mod shaped;
@@ -30,6 +32,7 @@ pub use hands::Side;
 pub use kind::BodyKind;
 pub(crate) use kind::{BODY, JointEntry};
 pub use model::{BodyModel, Shape};
+pub use named_shapes::{NamedShapeError, NamedShapes};
 pub use pose::BodyPose;
 pub use rigged::Deviation;
 pub use shaped::Shaped;
@@ -175,6 +178,12 @@ pub enum BodyError {
         only_model: usize,
         /// Triangles of the model.
         model: usize,
+    },
+    /// The description of named shapes, or a grid of theirs, is malformed.
+    #[error("`shape_parameters`: {problem}")]
+    NamedShapes {
+        /// What is wrong.
+        problem: String,
     },
     /// The parts do not form a valid rig: weights are negative, say.
     #[error("{0}")]

@@ -1,5 +1,6 @@
 //! A body model, as stored in its file.
 
+use std::collections::BTreeSet;
 use std::ops::Range;
 
 use uvgraft::threads;
@@ -8,7 +9,7 @@ use uvgraft_io::arrays::NamedArrays;
 use super::correctives::Correctives;
 use super::fields::{Axis, Fields};
 use super::hands::Hand;
-use super::{BodyError, BodyKind, Shaped};
+use super::{BodyError, BodyKind, NamedShapes, Shaped};
 use crate::rig::{Joint, Skeleton, Skin};
 
 /// Upper limit of the number of vertices: as many as 24-bit indices can address.
@@ -26,19 +27,31 @@ pub struct BodyModel {
     pub(super) kind: BodyKind,
     pub(super) template: Vec<[f32; 3]>,
     /// Components of shape, then of expression.
-    directions: Directions,
+    pub(super) directions: Directions,
     betas: usize,
+    /// Names of the expression components; empty where they have none.
+    expression_names: Vec<String>,
+    pub(super) named_shapes: Option<NamedShapes>,
     pub(super) correctives: Correctives,
     /// For each joint, the vertices that determine its position, with their weights.
     regressor: Vec<Vec<(u32, f32)>>,
+    /// Joints that do not follow from vertices.
+    own_joints: Option<OwnJoints>,
     pub(super) skin: Skin,
     pub(super) triangles: Vec<[u32; 3]>,
     pub(super) hands: [Hand; 2],
 }
 
+/// Joints by the shape's coefficients instead of by vertices.
+#[derive(Debug, Clone)]
+struct OwnJoints {
+    template: Vec<[f32; 3]>,
+    directions: Directions,
+}
+
 /// Offsets of all coordinates, one row for each component.
 #[derive(Debug, Clone)]
-struct Directions {
+pub(super) struct Directions {
     rows: Vec<f32>,
     width: usize,
 }
@@ -64,7 +77,9 @@ impl BodyModel {
     /// - `kintree_table` `[2, J]`: parents, then joints. The number of joints determines the kind.
     /// - Optional: `posedirs` `[V, 3, 9 * (J - 1)]`, without which poses have no correctives,
     ///   `hands_componentsl`, `hands_componentsr` `[45, 45]` and `hands_meanl`, `hands_meanr`
-    ///   `[45]`.
+    ///   `[45]`; `J_template` `[J, 3]` and `J_shapedirs` `[J, 3, S]`, which place the joints instead of
+    ///   the regressor; `expression_names`, a string with a line for each component of `exprdirs`; and
+    ///   those of [`NamedShapes`].
     ///
     /// [`ModelFile`](super::ModelFile) reads only the parts of a file that are needed.
     ///
@@ -110,6 +125,7 @@ impl BodyModel {
         drop(parts);
 
         let (directions, betas) = read_directions(fields, kind, vertices, split)?;
+        let own_joints = OwnJoints::read(fields, joints, betas)?;
         let triangles = fields.triangles("f", vertices)?;
         let hands = match kind.fingers() {
             None => [Hand::default(), Hand::default()],
@@ -119,13 +135,18 @@ impl BodyModel {
             ],
         };
         let correctives = Correctives::none(vertices, kind.features());
+        let expression_names = read_names(fields, directions.count() - betas)?;
+        let named_shapes = NamedShapes::read(fields.0, betas)?;
         Ok(Self {
             kind,
             template,
             directions,
             betas,
+            expression_names,
+            named_shapes,
             correctives,
             regressor,
+            own_joints,
             skin,
             triangles,
             hands,
@@ -162,6 +183,12 @@ impl BodyModel {
         self.directions.count() - self.betas
     }
 
+    /// Names of the expression components, such as ARKit's blend shapes, which are full expressions
+    /// at a coefficient of 1; empty for models whose components are learnt and have no names.
+    pub fn expression_names(&self) -> &[String] {
+        &self.expression_names
+    }
+
     /// Skinning weights of the vertices.
     pub const fn skin(&self) -> &Skin {
         &self.skin
@@ -184,13 +211,17 @@ impl BodyModel {
             numbered.chain(expression).filter(|&(_, coefficient)| coefficient != 0.0).collect();
         let mut positions = self.template.clone();
         self.directions.add(&coefficients, positions.as_flattened_mut());
-        let joint = |((name, parent, human), parts): (_, &Vec<(u32, f32)>)| Joint {
+        let places = match &self.own_joints {
+            Some(own) => own.places(&shape.betas),
+            None => self.regressor.iter().map(|parts| between(parts, &positions)).collect(),
+        };
+        let joint = |((name, parent, human), position)| Joint {
             name: str::to_owned(name),
             parent,
-            position: between(parts, &positions),
+            position,
             human,
         };
-        let joints = self.kind.joints().into_iter().zip(&self.regressor).map(joint);
+        let joints = self.kind.joints().into_iter().zip(places).map(joint);
         let skeleton = Skeleton::new(joints.collect())?;
         Ok(Shaped { model: self, positions, skeleton })
     }
@@ -217,6 +248,29 @@ impl BodyModel {
     }
 }
 
+impl OwnJoints {
+    /// Reads them, if the file has any.
+    fn read(fields: &Fields<'_>, joints: usize, betas: usize) -> Result<Option<Self>, BodyError> {
+        if !fields.has("J_template") {
+            return Ok(None);
+        }
+        let (template, _) = fields.floats("J_template", &[Axis::Is(joints), Axis::Is(3)])?;
+        let wanted = [Axis::Is(joints), Axis::Is(3), Axis::Any("components")];
+        let (offsets, shape) = fields.floats("J_shapedirs", &wanted)?;
+        let rows = transposed(&offsets, shape[2], betas.min(shape[2]));
+        let template = template.as_chunks::<3>().0.to_vec();
+        Ok(Some(Self { template, directions: Directions { rows, width: joints * 3 } }))
+    }
+
+    fn places(&self, betas: &[f32]) -> Vec<[f32; 3]> {
+        let coefficients: Vec<(usize, f32)> =
+            (0..self.directions.count()).zip(betas.iter().copied()).collect();
+        let mut places = self.template.clone();
+        self.directions.add(&coefficients, places.as_flattened_mut());
+        places
+    }
+}
+
 impl Directions {
     fn count(&self) -> usize {
         self.rows.len() / self.width
@@ -227,7 +281,7 @@ impl Directions {
     }
 
     /// Adds the components times their coefficients, in the given order.
-    fn add(&self, coefficients: &[(usize, f32)], coordinates: &mut [f32]) {
+    pub(super) fn add(&self, coefficients: &[(usize, f32)], coordinates: &mut [f32]) {
         const CHUNK: usize = 1536;
         threads::for_each_chunk(coordinates, CHUNK, |chunk, coordinates| {
             for &(component, coefficient) in coefficients {
@@ -328,6 +382,21 @@ fn read_directions(
         rows.extend(transposed(&expressions, shape[2], shape[2]));
     }
     Ok((Directions { rows, width: vertices * 3 }, betas))
+}
+
+/// Name of the string with the names of expression components.
+pub(super) const EXPRESSION_NAMES: &str = "expression_names";
+
+/// Reads the names of the expression components, if the file has them.
+fn read_names(fields: &Fields<'_>, expressions: usize) -> Result<Vec<String>, BodyError> {
+    let Some(text) = fields.0.text(EXPRESSION_NAMES) else { return Ok(Vec::new()) };
+    let names: Vec<String> = text.lines().map(str::to_owned).collect();
+    let distinct: BTreeSet<&String> = names.iter().collect();
+    if names.len() == expressions && distinct.len() == expressions {
+        return Ok(names);
+    }
+    let (what, found) = ("distinct `expression_names`", distinct.len());
+    Err(BodyError::Count { what, found, wanted: expressions })
 }
 
 /// The first columns of a table, as rows.

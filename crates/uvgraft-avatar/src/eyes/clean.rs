@@ -3,10 +3,11 @@
 
 use std::f32::consts::TAU;
 
-use uvgraft::Texture;
+use glam::Vec3;
 use uvgraft::easing::{bell, mix, smoothstep};
+use uvgraft::{Mesh, Texture};
 
-use super::eyeball::{eyeballs, pieces};
+use super::eyeball::{Eyeball, eyeballs, is_round, pieces, sphere};
 use super::gaze::Gaze;
 use super::iris::{Iris, irises, sample, white};
 use super::texels;
@@ -41,16 +42,40 @@ pub struct CleanedEyes {
 /// Eyeballs are round connected components that follow the eye joints; without any,
 /// nothing is painted.
 pub fn clean(avatar: &Avatar, texture: &mut Texture) -> CleanedEyes {
-    let mesh = &avatar.mesh;
+    let pieces = pieces(&avatar.mesh);
+    let bones = [HumanBone::LeftEye, HumanBone::RightEye];
+    let eyeballs: Vec<Eyeball> =
+        bones.into_iter().flat_map(|bone| eyeballs(avatar, bone, &pieces)).collect();
+    paint(&avatar.mesh, &pieces, &eyeballs, texture)
+}
+
+/// As [`clean`], for the eyes of a head that looks along z with y up.
+///
+/// - `eyes`: vertices of each eyeball, which must be a connected component of the mesh; those that
+///   are not round are not painted.
+pub fn clean_head(mesh: &Mesh, eyes: &[&[u32]], texture: &mut Texture) -> CleanedEyes {
     let pieces = pieces(mesh);
-    let mut eyes = Vec::new();
-    for bone in [HumanBone::LeftEye, HumanBone::RightEye] {
-        for eyeball in eyeballs(avatar, bone, &pieces) {
+    let eyeball = |vertices: &&[u32]| {
+        let points: Vec<Vec3> =
+            vertices.iter().map(|&vertex| mesh.positions()[vertex as usize].into()).collect();
+        let (center, radius) = sphere(&points).filter(|&ball| is_round(&points, ball))?;
+        let piece = pieces[*vertices.first()? as usize];
+        Some(Eyeball { piece, vertices: vertices.to_vec(), center, radius })
+    };
+    let eyeballs: Vec<Eyeball> = eyes.iter().filter_map(eyeball).collect();
+    paint(mesh, &pieces, &eyeballs, texture)
+}
+
+/// - `pieces`: of [`pieces()`].
+fn paint(mesh: &Mesh, pieces: &[u32], eyeballs: &[Eyeball], texture: &mut Texture) -> CleanedEyes {
+    let eyes: Vec<(Gaze, Vec<usize>)> = eyeballs
+        .iter()
+        .map(|eyeball| {
             let is_own = |face: &usize| pieces[mesh.faces()[*face][0] as usize] == eyeball.piece;
-            let faces: Vec<usize> = (0..mesh.faces().len()).filter(is_own).collect();
-            eyes.push((Gaze::new(mesh, &eyeball), faces));
-        }
-    }
+            let faces = (0..mesh.faces().len()).filter(is_own).collect();
+            (Gaze::new(mesh, eyeball), faces)
+        })
+        .collect();
     let size = texture.size();
     let samples: Vec<_> = eyes
         .iter()

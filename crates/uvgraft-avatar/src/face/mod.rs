@@ -3,17 +3,19 @@
 //! [`Face::find`] locates the lids, lips, corners of the mouth and brows of any head by geometry,
 //! and [`Face::measure`] measures how far lids and lips are open and where the other features are.
 //! [`solve`] finds the combinations of whatever moves a face (expression components, a jaw,
-//! eyelids) that make VRM's expressions.
+//! eyelids) that make VRM's expressions. [`transfer`] carries named expressions from another head.
 
 mod costs;
 mod features;
 mod gaze;
 mod measures;
 mod movement;
+mod named;
 mod quadratic;
 mod solve;
 mod surface;
 mod targets;
+pub mod transfer;
 
 use uvgraft::anatomy::AnatomyError;
 
@@ -21,6 +23,7 @@ pub use self::features::Face;
 pub use self::gaze::add_gaze;
 pub use self::measures::Measures;
 pub use self::movement::BlendBasis;
+pub use self::named::{AddedExpressions, add_named};
 pub use self::solve::{Solved, UnmetTarget, solve};
 
 /// Why a face could not be measured.

@@ -1,4 +1,6 @@
-//! Procedural texture painting: colours of single texels, and repeatable noise.
+//! Procedural texture painting: colours of single texels, textures painted by functions of the point
+//! in space, and repeatable noise.
 
+pub mod bake;
 pub mod noise;
 pub mod texel;

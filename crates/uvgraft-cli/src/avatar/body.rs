@@ -10,6 +10,7 @@ use uvgraft_io::arrays;
 
 use super::Args;
 use super::betas::far_from_people;
+use super::carried;
 use super::motions::{Performers, Recording};
 use crate::failure::{OrBadInput, bad_input, note, warn};
 
@@ -25,6 +26,10 @@ pub(super) struct Body {
     pub(super) grounds: Vec<String>,
     /// How well the model's expressions could be solved.
     pub(super) solved: Option<(BodyKind, ExpressionReport)>,
+    /// The terms of the model, if its file states them.
+    pub(super) license: Option<String>,
+    /// Whether the model has teeth and a tongue.
+    pub(super) has_mouth: bool,
 }
 
 impl Body {
@@ -36,17 +41,18 @@ impl Body {
             .iter()
             .map(|path| Recording::read(path))
             .collect::<Result<_, _>>()?;
-        if args.is_figure() {
-            Self::figure(args, mesh, &recordings)
+        let mut body = if args.is_figure() {
+            Self::figure(args, mesh, &recordings)?
         } else {
-            Self::model(args, mesh, &recordings)
+            Self::model(args, mesh, &recordings)?
+        };
+        if let Some(path) = &args.expressions {
+            carried::add(path, &mut body)?;
         }
+        Ok(body)
     }
 
     fn figure(args: &Args, mesh: &Mesh, recordings: &[Recording]) -> anyhow::Result<Self> {
-        if args.betas.is_some() {
-            return Err(bad_input("--betas cannot be used with --body demo, whose shape is fixed"));
-        }
         let figure = Figure::new();
         if !is_same(mesh, &figure.body) {
             let (found, wanted) = (mesh.positions().len(), figure.body.positions().len());
@@ -75,6 +81,8 @@ impl Body {
             apart: Vec::new(),
             grounds,
             solved: None,
+            license: None,
+            has_mouth: false,
         })
     }
 
@@ -92,11 +100,15 @@ impl Body {
             // Clips are compared with the model, which uses all correctives.
             correctives: !recordings.is_empty(),
         };
-        let ModelFile { model, gender, unused } = ModelFile::read(path, &needs).or_bad_input()?;
+        let ModelFile { model, gender, license, parts, unused } =
+            ModelFile::read(path, &needs).or_bad_input()?;
         if args.verbose && !unused.is_empty() {
             note(format_args!("{}: unused: {}", path.display(), unused.join(", ")));
         }
-        let shape = Shape { betas, ..Shape::default() };
+        let shape = match &args.shape {
+            Some(values) => values.of(&model, path)?,
+            None => Shape { betas, ..Shape::default() },
+        };
         let shaped = model.shaped(&shape).map_err(|error| refused(&error))?;
         check_shape(args, shaped.positions())?;
         let mut avatar = shaped.avatar(mesh.clone()).map_err(|error| {
@@ -115,7 +127,8 @@ impl Body {
         }
         let name = format!("{} of {}", model.kind().name(), path.display());
         let solved = Some((model.kind(), solved));
-        Ok(Self { avatar, name, apart, grounds, solved })
+        let has_mouth = parts.iter().any(|part| part == "tongue");
+        Ok(Self { avatar, name, apart, grounds, solved, license, has_mouth })
     }
 }
 

@@ -53,7 +53,9 @@ impl MetaArgs {
     }
 
     /// Metadata of a GLB file, in `asset.extras`, where people and scripts find it.
-    pub(super) fn extras(&self) -> Map<String, Value> {
+    ///
+    /// - `body`: terms of the body model, if its file states them.
+    pub(super) fn extras(&self, body: Option<&str>) -> Map<String, Value> {
         let mut extras = Map::new();
         if let Some(title) = &self.title {
             extras.insert("title".to_owned(), title.clone().into());
@@ -61,12 +63,21 @@ impl MetaArgs {
         if !self.authors.is_empty() {
             extras.insert("authors".to_owned(), self.authors.clone().into());
         }
+        if let Some(body) = body {
+            let lines: Vec<&str> = body.lines().collect();
+            extras.insert("madeFrom".to_owned(), lines.into());
+        }
         extras
     }
 
     /// The copyright notice of a GLB file.
-    pub(super) fn copyright(&self) -> Option<String> {
-        (!self.authors.is_empty()).then(|| self.authors.join(", "))
+    ///
+    /// - `body`: as in [`MetaArgs::extras`].
+    pub(super) fn copyright(&self, body: Option<&str>) -> Option<String> {
+        let authors = (!self.authors.is_empty()).then(|| self.authors.join(", "));
+        let body = body.unwrap_or_default().lines();
+        let lines: Vec<&str> = authors.as_deref().into_iter().chain(body).collect();
+        (!lines.is_empty()).then(|| lines.join("; "))
     }
 
     /// Rejects options that only a VRM file can store.
@@ -100,4 +111,14 @@ impl MetaArgs {
         meta.third_party_licenses.clone_from(&self.made_from);
         Ok(meta)
     }
+}
+
+/// Adds the terms of the body model to the third-party licences of a VRM file.
+pub(super) fn made_from(mut vrm: VrmMeta, body: Option<&str>) -> VrmMeta {
+    if let Some(body) = body {
+        let given = vrm.third_party_licenses.as_deref();
+        let lines: Vec<&str> = given.into_iter().chain([body]).collect();
+        vrm.third_party_licenses = Some(lines.join("\n"));
+    }
+    vrm
 }

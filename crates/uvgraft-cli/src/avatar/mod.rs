@@ -2,6 +2,7 @@
 
 mod betas;
 mod body;
+mod carried;
 mod dress;
 mod expressions;
 mod face;
@@ -33,6 +34,7 @@ use uvgraft_gltf::preset::{self, FittedAvatar, Preset};
 use uvgraft_io::output;
 
 use crate::blending::BlendArgs;
+use crate::body::shape;
 use crate::failure::{OrBadInput, bad_input};
 use crate::filters::FilterName;
 use crate::heading;
@@ -65,7 +67,9 @@ const JPEG_QUALITY: u8 = 92;
 #[command(mut_arg("blend", |blend| default_in_help(blend, "membrane")))]
 #[command(mut_arg("tone", |tone| default_in_help(tone, "source")))]
 pub(crate) struct Args {
-    /// Pair file that links the head to the body; not needed with --selfie and --body demo
+    /// Pair file that links the head to the body
+    ///
+    /// With --selfie, the built-in figure and the open body need none.
     #[arg(required_unless_present = "photos")]
     pair: Option<PathBuf>,
     /// Face texture in the head's layout, or the output of FATE
@@ -80,8 +84,10 @@ pub(crate) struct Args {
     /// Body texture, or a colour such as #c08a70
     ///
     /// An image in the body's layout, or a colour. Repeat the option as ROLE=IMAGE for the body's
-    /// other maps: see --map for the roles.
-    #[arg(long, required = true, value_name = "[ROLE=]IMAGE|COLOUR", help_heading = heading::FILES)]
+    /// other maps: see --map for the roles. With --selfie, the built-in figure and the open body have
+    /// a painted skin of their own if no texture is given.
+    #[arg(long, value_name = "[ROLE=]IMAGE|COLOUR", help_heading = heading::FILES)]
+    #[arg(required_unless_present = "photos")]
     onto: Vec<String>,
     /// List the unused arrays of the body model file
     #[arg(short, long, help_heading = heading::FILES)]
@@ -99,6 +105,19 @@ pub(crate) struct Args {
     /// A file (.npz, .pkl) must contain an array `betas`.
     #[arg(long, value_name = "NUMBERS|FILE", allow_hyphen_values = true, help_heading = heading::BODY)]
     betas: Option<String>,
+    /// Shape by name, such as gender=0.2,weight=0.6,age=0.4,height=1.75
+    ///
+    /// For the open body: see `uvgraft body shape` for the names.
+    #[arg(long, value_name = "NAME=VALUE,...", value_parser = shape::parse, conflicts_with = "betas")]
+    #[arg(help_heading = heading::BODY)]
+    shape: Option<shape::NamedValues>,
+    /// Model file whose named expressions are carried to the body, such as the open body
+    ///
+    /// They become morph targets and expressions, with ARKit's names in the case of the open body. VRM's
+    /// presets are made of them where the body's own model cannot make them. The heads are registered
+    /// to each other, which takes some seconds.
+    #[arg(long, value_name = "MODEL", help_heading = heading::BODY)]
+    expressions: Option<PathBuf>,
     #[command(flatten)]
     playing: PlayArgs,
     /// Size of the body texture in texels [default: the base's, within the preset]
@@ -226,7 +245,10 @@ pub(crate) fn run(args: &Args) -> anyhow::Result<ExitCode> {
             if let Some((_, parted)) = &parted {
                 body.avatar = features::with_layout(body.avatar, &parted.mesh)?;
             }
-            let mouth = args.features.fit_mouth(&body.avatar);
+            let mouth = match body.has_mouth {
+                true => None,
+                false => args.features.fit_mouth(&body.avatar),
+            };
             anyhow::Ok((body, mouth))
         },
         || {
@@ -236,7 +258,7 @@ pub(crate) fn run(args: &Args) -> anyhow::Result<ExitCode> {
                     (None, Some(path)) => Face::read(path),
                     (None, None) => Err(bad_input("a face texture or --selfie is required")),
                 },
-                || dress::base(args, &plan.onto, limits),
+                || dress::base(args, plan.onto.as_ref(), limits),
             );
             let mut base = base?;
             if let Some((_, parted)) = &parted {
@@ -246,7 +268,8 @@ pub(crate) fn run(args: &Args) -> anyhow::Result<ExitCode> {
         },
     );
     let ((body, mouth), dressed) = (body?, dressed?);
-    let Body { avatar, name, apart, grounds, solved } = body;
+    let Body { avatar, name, apart, grounds, solved, license, .. } = body;
+    let license = license.as_deref();
     let missing = avatar.skeleton.missing_bones();
     if plan.vrm.is_some() && !missing.is_empty() {
         // Comes before messages about a face that will never be in a file.
@@ -284,11 +307,11 @@ pub(crate) fn run(args: &Args) -> anyhow::Result<ExitCode> {
     let looks = maps.looks((color, head), &encoder).or_bad_input()?;
     let export = Export {
         name: args.meta.title(&args.output),
-        copyright: args.meta.copyright(),
-        extras: if is_vrm { Default::default() } else { args.meta.extras() },
+        copyright: args.meta.copyright(license),
+        extras: if is_vrm { Default::default() } else { args.meta.extras(license) },
         thumbnail: shown.and_then(|shown| shown.thumbnail(&avatar, &looks)),
         normals,
-        vrm: plan.vrm,
+        vrm: plan.vrm.map(|vrm| meta::made_from(vrm, license)),
         levels: levels.inside(),
     };
     let refused = |error: &dyn std::fmt::Display| {

@@ -176,6 +176,9 @@ impl Recording {
             return Err("the demo figure cannot take the shape of the recorded person".to_owned());
         };
         let betas = self.motion.betas().ok_or("the recording has no betas")?;
+        if model.named_shapes().is_some() {
+            return Err("the recording's betas are for another model than the body".to_owned());
+        }
         let (body, clip) = (model.kind(), self.motion.kind());
         if !clip.is_some_and(|clip| clip.shares_shapes_with(body)) {
             let clip = clip.map_or("an unknown model", |kind| kind.name());

@@ -59,12 +59,14 @@ impl Files {
             avatar.expressions.len(),
             file.report.clips
         );
-        Ok(Self { glb: file.bytes, vrm: vrm.bytes, motion: wave(&avatar)?, summary })
+        Ok(Self { glb: file.bytes, vrm: vrm.bytes, motion: amass(&avatar, "wave")?, summary })
     }
 }
 
-fn wave(avatar: &Avatar) -> anyhow::Result<NamedArrays> {
-    let clip = avatar.clips.iter().find(|clip| clip.name == "wave").context("a wave")?;
+/// A clip of the figure as an AMASS recording.
+pub(super) fn amass(avatar: &Avatar, name: &str) -> anyhow::Result<NamedArrays> {
+    let clip = avatar.clips.iter().find(|clip| clip.name == name);
+    let clip = clip.with_context(|| format!("a clip `{name}`"))?;
     let amass = as_amass(&avatar.skeleton, clip);
     let mut arrays = NamedArrays::new();
     let mut insert = |name, shape, values| {
@@ -146,12 +148,12 @@ impl Pictures {
 }
 
 /// The whole figure, seen from an angle in degrees.
-fn body(azimuth: f32) -> Perspective {
+pub(super) fn body(azimuth: f32) -> Perspective {
     around(azimuth, [0.0, 0.93, 0.0], 5.6, 0.5)
 }
 
 /// Its head.
-fn head(azimuth: f32) -> Perspective {
+pub(super) fn head(azimuth: f32) -> Perspective {
     around(azimuth, [0.0, 1.60, 0.0], 1.25, 0.03)
 }
 

@@ -2,6 +2,7 @@
 
 mod avatar;
 mod blending;
+mod open_body;
 mod views;
 
 use std::fmt::Write as _;
@@ -42,6 +43,12 @@ pub(crate) struct Args {
     /// Size of both textures in texels
     #[arg(long, default_value = "2048", value_name = "N|WxH", value_parser = parse_size, allow_negative_numbers = true)]
     size: Size,
+    /// Add an avatar of the open body: its model file, or `open`
+    ///
+    /// A file that `uvgraft body import` wrote. `open` imports it from the wheel that
+    /// scripts/fetch-open-body.sh puts into target/test-data.
+    #[arg(long, value_name = "MODEL|open")]
+    body: Option<PathBuf>,
 }
 
 pub(crate) fn run(args: &Args) -> anyhow::Result<ExitCode> {
@@ -50,6 +57,11 @@ pub(crate) fn run(args: &Args) -> anyhow::Result<ExitCode> {
         .with_context(|| format!("cannot create the folder {}", folder.display()))
         .or_bad_input()?;
     let mut steps = Steps::new();
+    let open_body = args.body.as_deref().map(|path| open_body::Files::new(path, args.size));
+    let open_body = open_body.transpose()?;
+    if let Some(made) = &open_body {
+        steps.done("open body", made.summary.clone());
+    }
 
     let figure = Figure::new();
     steps.done(
@@ -136,6 +148,13 @@ pub(crate) fn run(args: &Args) -> anyhow::Result<ExitCode> {
                 bytes(path, &page)
             })?
         }
+        None => outputs,
+    };
+    let outputs = match open_body {
+        Some(made) => outputs
+            .file("open_body.glb", "avatar of the open body", |path| bytes(path, &made.glb))?
+            .file("open_body.vrm", "the same as VRM", |path| bytes(path, &made.vrm))?
+            .file("open_body.png", "stills of the open body", |path| made.sheet.write(path))?,
         None => outputs,
     };
     steps.done("writing", format!("{} files", outputs.written.len()));

@@ -31,7 +31,8 @@ pub(crate) struct Args {
     ///
     /// The format is detected from the content. `FILE#1` reads the UV set TEXCOORD_1 of a GLB or
     /// glTF file. `FILE#NAME` reads only a part: nodes, meshes or materials of that name, or objects,
-    /// groups or materials of an OBJ file. `FILE#NAME/1` does both.
+    /// groups or materials of an OBJ file. `FILE#NAME/1` does both. `FILE#head` reads the head of
+    /// the open body in a layout of its own.
     #[arg(value_name = "SOURCE")]
     source: PathBuf,
     /// Target mesh, as SOURCE

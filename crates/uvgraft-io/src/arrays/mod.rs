@@ -26,5 +26,5 @@ pub use self::numeric::NumericArray;
 pub use self::parse::{parse, parse_npy, read};
 pub use self::partial::{ArrayFile, ArraySelection};
 pub use self::sparse_matrix::{MAX_SPARSE_ELEMENTS, MAX_SPARSE_SIDE, SparseMatrix};
-pub use self::write::{save_npz, write_npz};
+pub use self::write::{save_npz, save_npz_compressed, write_npz, write_npz_compressed};
 pub(crate) use self::write::{stored_entry, write_text};

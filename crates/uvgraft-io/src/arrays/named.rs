@@ -85,6 +85,11 @@ impl NamedArrays {
         }
     }
 
+    /// Removes whatever has a name.
+    pub fn remove(&mut self, name: &str) {
+        self.entries.retain(|(found, _)| found != name);
+    }
+
     /// Inserts an array, replacing any value of the same name.
     pub fn insert(&mut self, name: impl Into<String>, array: NumericArray) {
         self.hold(name.into(), Held::Array(array));

