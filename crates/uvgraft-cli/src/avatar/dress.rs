@@ -3,6 +3,7 @@
 use std::sync::Arc;
 
 use uvgraft::{Averaging, BlendDomain, Direction, Filter, Graft, Size, Sizes, Texture};
+use uvgraft_figure::{Figure, paint_body};
 use uvgraft_gltf::preset::Preset;
 use uvgraft_io::image::{self, WriteOptions};
 use uvgraft_io::pair_file::PairFile;
@@ -13,6 +14,7 @@ use super::face::Face;
 use super::layout::HeadLayout;
 use super::map_transfer::MapTransfer;
 use crate::blending::BlendArgs;
+use crate::body::skin;
 use crate::failure::{Notes, OrBadInput, bad_input, note, warn};
 use crate::preview;
 
@@ -31,12 +33,13 @@ pub(super) struct Dressed {
 /// - `preset`: limits the size of the result.
 pub(super) fn base(
     args: &Args,
-    onto: &BaseSource,
+    onto: Option<&BaseSource>,
     preset: Option<&Preset>,
 ) -> anyhow::Result<Texture> {
     let fit = |size: Size| preset.map_or(size, |preset| preset.texture_size(size));
     match onto {
-        BaseSource::Image(path) => {
+        None => own_skin(args, fit(args.size.unwrap_or(Size::square(2048)))),
+        Some(BaseSource::Image(path)) => {
             let texture = image::read(path).or_bad_input()?.texture;
             let size = fit(args.size.unwrap_or(texture.size()));
             let texture =
@@ -44,7 +47,7 @@ pub(super) fn base(
             let depth = texture.depth();
             Ok(texture.converted(uvgraft::Channels::Rgb, depth))
         }
-        BaseSource::Color(unit) => {
+        Some(BaseSource::Color(unit)) => {
             // Plans without a size are rejected earlier.
             let size = args.size.unwrap_or(Size::square(1024));
             let [colors @ .., _] = *unit;
@@ -53,6 +56,19 @@ pub(super) fn base(
             Texture::filled(fit(size), channels, encoding, depth, &colors).or_bad_input()
         }
     }
+}
+
+/// The painted skin of bodies that have one: the figure and the open body.
+fn own_skin(args: &Args, size: Size) -> anyhow::Result<Texture> {
+    if args.is_figure() {
+        return Ok(paint_body(&Figure::new(), size));
+    }
+    skin::usual(&args.body, size)?.ok_or_else(|| {
+        let body = args.body.display();
+        bad_input(format!(
+            "{body}: --onto is required: the texture of this body, or a colour such as #c08a70"
+        ))
+    })
 }
 
 /// Transfers a face onto a base and blends the border according to the options.

@@ -100,13 +100,15 @@ pub(super) struct Materials {
 
 /// Parsed `--onto` options: the body's colour, and bases of maps.
 pub(super) struct Bases {
-    pub(super) color: BaseSource,
+    /// None for a body with a painted skin of its own.
+    pub(super) color: Option<BaseSource>,
     maps: Vec<(MapRole, BaseSource)>,
 }
 
 impl Bases {
     /// - `texts`: an image or a colour, and any number of `ROLE=IMAGE` or `ROLE=COLOUR`.
-    pub(super) fn parse(texts: &[String]) -> anyhow::Result<Self> {
+    /// - `needs_color`: whether the body's colours must be among them.
+    pub(super) fn parse(texts: &[String], needs_color: bool) -> anyhow::Result<Self> {
         let (mut color, mut maps) = (None, Vec::<(MapRole, BaseSource)>::new());
         for text in texts {
             let named = text.split_once('=');
@@ -127,12 +129,12 @@ impl Bases {
                 None => color = Some(BaseSource::parse(text)?),
             }
         }
-        let color = color.ok_or_else(|| {
-            bad_input(
+        if color.is_none() && needs_color {
+            return Err(bad_input(
                 "--onto must include the body's colours: an image in its layout, or a colour such \
                  as #c08a70",
-            )
-        })?;
+            ));
+        }
         Ok(Self { color, maps })
     }
 }

@@ -67,7 +67,9 @@ const JPEG_QUALITY: u8 = 92;
 #[command(mut_arg("blend", |blend| default_in_help(blend, "membrane")))]
 #[command(mut_arg("tone", |tone| default_in_help(tone, "source")))]
 pub(crate) struct Args {
-    /// Pair file that links the head to the body; not needed with --selfie and --body demo
+    /// Pair file that links the head to the body
+    ///
+    /// With --selfie, the built-in figure and the open body need none.
     #[arg(required_unless_present = "photos")]
     pair: Option<PathBuf>,
     /// Face texture in the head's layout, or the output of FATE
@@ -82,8 +84,10 @@ pub(crate) struct Args {
     /// Body texture, or a colour such as #c08a70
     ///
     /// An image in the body's layout, or a colour. Repeat the option as ROLE=IMAGE for the body's
-    /// other maps: see --map for the roles.
-    #[arg(long, required = true, value_name = "[ROLE=]IMAGE|COLOUR", help_heading = heading::FILES)]
+    /// other maps: see --map for the roles. With --selfie, the built-in figure and the open body have
+    /// a painted skin of their own if no texture is given.
+    #[arg(long, value_name = "[ROLE=]IMAGE|COLOUR", help_heading = heading::FILES)]
+    #[arg(required_unless_present = "photos")]
     onto: Vec<String>,
     /// List the unused arrays of the body model file
     #[arg(short, long, help_heading = heading::FILES)]
@@ -254,7 +258,7 @@ pub(crate) fn run(args: &Args) -> anyhow::Result<ExitCode> {
                     (None, Some(path)) => Face::read(path),
                     (None, None) => Err(bad_input("a face texture or --selfie is required")),
                 },
-                || dress::base(args, &plan.onto, limits),
+                || dress::base(args, plan.onto.as_ref(), limits),
             );
             let mut base = base?;
             if let Some((_, parted)) = &parted {

@@ -5,7 +5,9 @@ use std::path::Path;
 
 use uvgraft::Pair;
 use uvgraft_figure::Figure;
+use uvgraft_io::input::ReadError;
 use uvgraft_io::pair_file::{self, PairFile};
+use uvgraft_io::{arrays, model_mesh};
 
 use super::Args;
 use crate::failure::{OrBadInput, bad_input};
@@ -16,7 +18,7 @@ impl Args {
         match &self.pair {
             Some(path) => pair_file::read(path).or_bad_input(),
             None if self.is_figure() => demo(),
-            None => Err(self.pair_is_missing()),
+            None => of_model(&self.body)?.ok_or_else(|| self.pair_is_missing()),
         }
     }
 
@@ -24,7 +26,8 @@ impl Args {
     pub(super) fn pair_name(&self) -> String {
         match &self.pair {
             Some(path) => path.display().to_string(),
-            None => "the demo's pair".to_owned(),
+            None if self.is_figure() => "the demo's pair".to_owned(),
+            None => "the model's own head".to_owned(),
         }
     }
 
@@ -33,9 +36,10 @@ impl Args {
         self.body == Path::new("demo")
     }
 
-    pub(super) fn pair_is_missing(&self) -> anyhow::Error {
+    fn pair_is_missing(&self) -> anyhow::Error {
         bad_input(format!(
-            "{}: a pair file that links a head to this body is required; only --body demo needs none",
+            "{}: a pair file that links a head to this body is required; only --body demo and the open \
+             body need none",
             self.body.display()
         ))
     }
@@ -51,4 +55,26 @@ fn demo() -> anyhow::Result<PairFile> {
         target_name: "the demo's body".to_owned(),
         note: String::new(),
     })
+}
+
+/// The pair of a model whose head has a layout of its own, as the open body's; `None` for others.
+fn of_model(path: &Path) -> anyhow::Result<Option<PairFile>> {
+    let head = match model_mesh::read_head(path) {
+        Ok(head) => head,
+        Err(error @ ReadError::Io { .. }) => return Err(error).or_bad_input(),
+        Err(_) => return Ok(None),
+    };
+    let arrays = arrays::read(path).or_bad_input()?;
+    let refused = |error: &dyn std::fmt::Display| bad_input(format!("{}: {error}", path.display()));
+    let body = model_mesh::from_arrays(&arrays).map_err(|error| refused(&error))?;
+    let vertices = model_mesh::head_vertices(&arrays).map_err(|error| refused(&error))?;
+    let ids: Vec<i64> = vertices.into_iter().map(i64::from).collect();
+    let pair = Pair::by_vertex_map(head, body, &ids).map_err(|error| refused(&error))?;
+    let name = path.file_name().unwrap_or_default().to_string_lossy();
+    Ok(Some(PairFile {
+        pair: pair.into(),
+        source_name: format!("the head of {name}"),
+        target_name: name.into_owned(),
+        note: String::new(),
+    }))
 }

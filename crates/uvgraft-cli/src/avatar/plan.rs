@@ -17,8 +17,8 @@ use crate::selfie::Frames;
 
 /// A validated request.
 pub(super) struct Plan {
-    /// The base of the body's colours.
-    pub(super) onto: BaseSource,
+    /// The base of the body's colours; its own painted skin if there is none.
+    pub(super) onto: Option<BaseSource>,
     pub(super) materials: Materials,
     /// The preset, with overrides by options.
     pub(super) preset: Option<Preset>,
@@ -41,7 +41,7 @@ impl Plan {
         if !is_vrm {
             args.meta.check_glb()?;
         }
-        let bases = Bases::parse(&args.onto)?;
+        let bases = Bases::parse(&args.onto, args.selfie.photos.is_empty())?;
         let onto = bases.color.clone();
         let materials = args.materials.check(bases, is_vrm)?;
         args.lods.check(is_vrm)?;
@@ -53,13 +53,10 @@ impl Plan {
             format: args.texture.map_or(preset.format, PictureFormat::from),
             ..*preset
         });
-        let format = check_textures(args, &onto, preset.as_ref())?;
+        let format = check_textures(args, onto.as_ref(), preset.as_ref())?;
         let level_files = args.lods.files(&args.output);
         let frames = args.selfie.frames()?;
-        if args.pair.is_none() && !args.is_figure() {
-            return Err(args.pair_is_missing());
-        }
-        check_files(args, &onto, &materials, &level_files, frames.as_ref())?;
+        check_files(args, onto.as_ref(), &materials, &level_files, frames.as_ref())?;
         let triangles = preset.as_ref().map(|preset| preset.triangles).or(triangles);
         Ok(Self { onto, materials, preset, triangles, format, vrm, level_files, frames })
     }
@@ -92,7 +89,7 @@ fn check_body(args: &Args) -> anyhow::Result<()> {
 /// The format of embedded textures.
 fn check_textures(
     args: &Args,
-    onto: &BaseSource,
+    onto: Option<&BaseSource>,
     preset: Option<&Preset>,
 ) -> anyhow::Result<PictureFormat> {
     if cfg!(not(feature = "ktx2")) && args.texture == Some(TextureName::Ktx2) {
@@ -106,7 +103,7 @@ fn check_textures(
     if args.quality.is_some() && format != PictureFormat::Jpeg {
         return Err(bad_input("--quality needs JPEG textures: add --texture jpeg"));
     }
-    if onto.path().is_none() && args.size.is_none() {
+    if onto.is_some_and(|onto| onto.path().is_none()) && args.size.is_none() {
         return Err(bad_input("--size is required where --onto is a colour"));
     }
     if let (Some(size), Some(preset)) = (args.size, preset)
@@ -126,7 +123,7 @@ fn too_large(size: Size, preset: &Preset) -> bool {
 
 fn check_files(
     args: &Args,
-    onto: &BaseSource,
+    onto: Option<&BaseSource>,
     materials: &Materials,
     level_files: &[PathBuf],
     frames: Option<&Frames>,
@@ -137,7 +134,7 @@ fn check_files(
         .flatten()
         .map(PathBuf::as_path)
         .chain(frames.iter().flat_map(|frames| frames.files()))
-        .chain(onto.path())
+        .chain(onto.and_then(BaseSource::path))
         .chain(materials.inputs())
         .chain(models)
         .chain(args.expressions.as_deref())

@@ -2,7 +2,7 @@
 
 mod import;
 pub(crate) mod shape;
-mod skin;
+pub(crate) mod skin;
 
 use std::process::ExitCode;
 

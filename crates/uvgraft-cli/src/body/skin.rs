@@ -89,6 +89,20 @@ pub(super) fn run(args: &Args) -> anyhow::Result<()> {
     to_stdout(&format!("wrote {}: {} texels\n", args.output.display(), args.size))
 }
 
+/// The skin of the open body in a usual tone; `None` for other models.
+pub(crate) fn usual(model: &std::path::Path, size: Size) -> anyhow::Result<Option<Texture>> {
+    /// Light brown. An avatar's skin takes on the tone of its face anyway.
+    const TONE: f32 = 0.35;
+    match model_mesh::read(model) {
+        Ok(mesh) if !mesh.parts().is_empty() => {
+            let mut options = SkinOptions::new(SkinTone::on_scale(TONE));
+            options.hair = Some(HAIR);
+            painted(model, size, &options).map(Some)
+        }
+        _ => Ok(None),
+    }
+}
+
 /// The skin of a model file in the open body's layout.
 fn painted(model: &std::path::Path, size: Size, options: &SkinOptions) -> anyhow::Result<Texture> {
     let mesh = model_mesh::read(model).or_bad_input()?;

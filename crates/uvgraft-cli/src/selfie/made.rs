@@ -1,6 +1,6 @@
 //! From photographs to a fitted head and its texture.
 
-use uvgraft::{Area, Mesh, Size};
+use uvgraft::{Area, Mesh, Size, Texture};
 use uvgraft_avatar::body::BodyModel;
 use uvgraft_selfie::landmarks::FaceNetworks;
 use uvgraft_selfie::{
@@ -18,6 +18,8 @@ use crate::failure::{OrBadInput, bad_input, warn};
 pub(crate) struct Selfie {
     pub(crate) head: Head,
     pub(crate) photos: Vec<Photo>,
+    /// The pixels around the face in each photograph: 8-bit RGB.
+    pub(super) pixels: Vec<Texture>,
     /// In pixels of whole photographs.
     pub(crate) fit: Fit,
     pub(crate) made: SelfieTexture,
@@ -57,18 +59,17 @@ impl Selfie {
             || read(frames, &networks, args),
         );
         let head = head.map_err(|error| no_head(name, &error))?;
-        let photos = photos?;
+        let (photos, pixels) = photos?;
         let fit = fitted(&head, &photos, flame)?.ok_or_else(|| {
             bad_input(format!("{name}: its head does not fit the face in the photographs"))
         })?;
         let windows =
             photos.iter().zip(&fit.photos).map(|(photo, fitted)| photo.window.fitted(fitted));
         let of_windows = Fit { shaped: fit.shaped.clone(), photos: windows.collect() };
-        let pixels: Vec<_> = photos.iter().map(|photo| photo.window.pixels.clone()).collect();
         let mut options = TextureOptions::default();
         (options.size, options.relight) = (size, args.relight());
         let made = textured(&head, &of_windows, &pixels, &options).or_bad_input()?;
-        Ok(Self { head, photos, fit, made })
+        Ok(Self { head, photos, pixels, fit, made })
     }
 
     /// The mesh with the fitted shape.
@@ -112,8 +113,12 @@ impl Selfie {
     }
 }
 
-/// Reads photographs one after the other: only a part of each is kept.
-fn read(frames: &Frames, networks: &FaceNetworks, args: &PhotoArgs) -> anyhow::Result<Vec<Photo>> {
+/// Reads photographs one after the other, because only a part of each is kept.
+fn read(
+    frames: &Frames,
+    networks: &FaceNetworks,
+    args: &PhotoArgs,
+) -> anyhow::Result<(Vec<Photo>, Vec<Texture>)> {
     let most = MOST_PIXELS / frames.iter().count().max(1);
     let photos = frames.iter().map(|frame| Photo::read(frame, networks, args, most));
     if let Frames::Files(_) = frames {
@@ -126,11 +131,13 @@ fn read(frames: &Frames, networks: &FaceNetworks, args: &PhotoArgs) -> anyhow::R
             Err(error) => refused.push(error),
         }
     }
-    if let (true, Some(error)) = (usable.is_empty(), refused.pop()) {
+    if usable.is_empty()
+        && let Some(error) = refused.pop()
+    {
         return Err(error);
     }
     refused.iter().for_each(|error| warn(format_args!("frame left out: {error:#}")));
-    Ok(usable)
+    Ok(usable.into_iter().unzip())
 }
 
 /// The fit by a tracker's parameters where they are known, and else by landmarks.

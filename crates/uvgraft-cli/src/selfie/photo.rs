@@ -2,8 +2,8 @@
 
 use std::path::{Path, PathBuf};
 
-use uvgraft::{Depth, Size};
-use uvgraft_io::image;
+use uvgraft::{Depth, Size, Texture};
+use uvgraft_io::image::{self, Image};
 use uvgraft_io::tracking::TrackedFrame;
 use uvgraft_selfie::landmarks::{FaceError, FaceNetworks};
 use uvgraft_selfie::{Camera, FittedPhoto, PhotoLandmarks};
@@ -12,7 +12,7 @@ use super::frames::Frame;
 use super::options::PhotoArgs;
 use super::tracked;
 use super::window::{Bounds, Window};
-use crate::failure::{OrBadInput, bad_input};
+use crate::failure::{OrBadInput, bad_input, warn};
 
 /// Largest size of a decoded photograph, in bytes.
 const MOST_BYTES: usize = 400 << 20;
@@ -34,7 +34,7 @@ pub(crate) struct Photo {
     pub(crate) landmarks: PhotoLandmarks,
     /// Where the focal length in `landmarks` comes from.
     pub(crate) focal: FocalSource,
-    /// What is kept of it.
+    /// What is kept of its pixels.
     pub(super) window: Window,
     /// What a tracker knows of it.
     pub(crate) tracked: Option<TrackedFrame>,
@@ -43,6 +43,8 @@ pub(crate) struct Photo {
 }
 
 impl Photo {
+    /// A photograph, and its pixels around the face.
+    ///
     /// - `most`: largest number of pixels to keep.
     ///
     /// # Errors
@@ -52,10 +54,11 @@ impl Photo {
         networks: &FaceNetworks,
         args: &PhotoArgs,
         most: usize,
-    ) -> anyhow::Result<Self> {
+    ) -> anyhow::Result<(Self, Texture)> {
         let path = frame.path();
         check_size(path)?;
-        let mut texture = image::read(path).or_bad_input()?.texture;
+        let Image { mut texture, icc } = image::read(path).or_bad_input()?;
+        check_profile(path, icc.as_deref());
         let tracked = match frame {
             Frame::Image(_) => None,
             Frame::Tracked(frame) => {
@@ -78,10 +81,10 @@ impl Photo {
             .or(by_tracker)
             .or_else(|| exif().map(|focal| (focal, FocalSource::Exif)))
             .unwrap_or((Camera::usual_focal_px(size), FocalSource::Assumed));
-        let window = Window::around(&found.points, texture, most).or_bad_input()?;
+        let (window, pixels) = Window::around(&found.points, texture, most).or_bad_input()?;
         let landmarks = PhotoLandmarks { points: found.points, size, focal_px: Some(focal_px) };
         let path = path.to_path_buf();
-        Ok(Self { path, landmarks, focal, window, tracked, center_px })
+        Ok((Self { path, landmarks, focal, window, tracked, center_px }, pixels))
     }
 
     /// Its landmarks as if the optical axis were in the middle of it, as fits assume.
@@ -136,6 +139,20 @@ fn check_size(path: &Path) -> anyhow::Result<()> {
         path.display(),
         texels / 1_000_000,
     )))
+}
+
+/// Warns of colours that are not those of sRGB, as which all are read.
+fn check_profile(path: &Path, icc: Option<&[u8]>) {
+    // Descriptions are ASCII or UTF-16.
+    let names: [&[u8]; 2] = [b"sRGB", b"s\0R\0G\0B"];
+    let is_srgb =
+        |icc: &[u8]| names.iter().any(|name| icc.windows(name.len()).any(|window| window == *name));
+    if icc.is_some_and(|icc| !is_srgb(icc)) {
+        let path = path.display();
+        warn(format_args!(
+            "{path}: its colour profile is not sRGB; colours may be paler than they are"
+        ));
+    }
 }
 
 fn refused(path: &Path, error: &FaceError) -> anyhow::Error {

@@ -26,9 +26,12 @@ const TEXT: [u8; 3] = [236, 238, 242];
 /// Sides from which the result is shown, in degrees.
 const AZIMUTHS: [f32; 3] = [0.0, 20.0, 35.0];
 
+/// A picture with its caption.
+type Panel = (String, Texture);
+
 /// Draws the sheet and writes it.
 pub(super) fn write(selfie: &Selfie, path: &Path) -> anyhow::Result<()> {
-    let mut panels = Vec::new();
+    let (mut originals, mut fits) = (Vec::new(), Vec::new());
     for (index, photo) in selfie.photos.iter().enumerate() {
         let view = PhotoView::new(photo);
         let name = |what: &str| match selfie.photos.len() {
@@ -36,30 +39,43 @@ pub(super) fn write(selfie: &Selfie, path: &Path) -> anyhow::Result<()> {
             _ => format!("{} {what}", index + 1),
         };
         if index == 0 {
-            panels.push((name("photograph"), view.picture(photo)?));
+            originals.push((name("photograph"), view.picture(&selfie.pixels[index])?));
         }
-        panels.push((name("landmarks"), view.landmarks(photo)?));
-        panels.push((name("fitted head"), view.fitted(selfie, index)?));
+        fits.push((name("landmarks"), view.landmarks(photo, &selfie.pixels[index])?));
+        fits.push((name("fitted head"), view.fitted(selfie, index)?));
     }
     let share = format!("known: {:.0} % of the face", 100.0 * selfie.known_share());
-    panels.push((share, known(selfie)?));
-    panels.push(("texture".to_owned(), panel_of(&selfie.made.texture)?));
-    for (azimuth, picture) in results(selfie)? {
-        panels.push((format!("result at {azimuth}\u{b0}"), picture));
-    }
-    arranged(panels).write(path)
+    let known = (share, known(selfie)?);
+    let texture = ("texture".to_owned(), panel_of(&selfie.made.texture)?);
+    let mut results = results(selfie)?;
+    let blocks = if let [_] = &*selfie.photos {
+        originals.extend(fits);
+        originals.push(known);
+        results.insert(0, texture);
+        vec![originals, results]
+    } else {
+        originals.extend([known, texture]);
+        vec![fits, originals, results]
+    };
+    arranged(blocks).write(path)
 }
 
-fn arranged(panels: Vec<(String, Texture)>) -> Picture {
-    let rows = (panels.len() as u32).div_ceil(COLUMNS);
+/// Arranges panels in rows; each block begins a row.
+fn arranged(blocks: Vec<Vec<Panel>>) -> Picture {
+    let rows: u32 = blocks.iter().map(|block| (block.len() as u32).div_ceil(COLUMNS)).sum();
     let size =
         Size::new(COLUMNS * (PANEL + MARGIN) + MARGIN, rows * (PANEL + CAPTION + MARGIN) + MARGIN);
     let mut sheet = Picture::new(size, BACKGROUND);
-    for (index, (caption, panel)) in (0u32..).zip(panels) {
-        let left = MARGIN + index % COLUMNS * (PANEL + MARGIN);
-        let top = MARGIN + index / COLUMNS * (PANEL + CAPTION + MARGIN);
-        sheet.text(&caption, left, top, 2, TEXT);
-        sheet.paste(&panel, left, top + CAPTION);
+    let mut first_row = 0;
+    for block in blocks {
+        let rows = (block.len() as u32).div_ceil(COLUMNS);
+        for (index, (caption, panel)) in (0u32..).zip(block) {
+            let left = MARGIN + index % COLUMNS * (PANEL + MARGIN);
+            let top = MARGIN + (first_row + index / COLUMNS) * (PANEL + CAPTION + MARGIN);
+            sheet.text(&caption, left, top, 2, TEXT);
+            sheet.paste(&panel, left, top + CAPTION);
+        }
+        first_row += rows;
     }
     sheet
 }
@@ -96,8 +112,7 @@ impl PhotoView {
     }
 
     /// The photograph in the panel.
-    fn picture(&self, photo: &Photo) -> Result<Texture, TextureError> {
-        let pixels = &photo.window.pixels;
+    fn picture(&self, pixels: &Texture) -> Result<Texture, TextureError> {
         let size = pixels.size();
         let Texels::U8(values) = pixels.texels() else { unreachable!("windows have 8 bits") };
         let side = i64::from(self.side);
@@ -117,9 +132,9 @@ impl PhotoView {
         panel_of(&square)
     }
 
-    fn landmarks(&self, photo: &Photo) -> anyhow::Result<Texture> {
+    fn landmarks(&self, photo: &Photo, pixels: &Texture) -> anyhow::Result<Texture> {
         let mut panel = Picture::new(Size::square(PANEL), BACKGROUND);
-        panel.paste(&self.picture(photo)?, 0, 0);
+        panel.paste(&self.picture(pixels)?, 0, 0);
         panel.draw(|canvas| {
             let mut path = PathBuilder::new();
             for &[x, y, _] in &photo.landmarks.points {
@@ -149,7 +164,7 @@ impl PhotoView {
             })
             .collect();
         let mut panel = Picture::new(Size::square(PANEL), BACKGROUND);
-        panel.paste(&self.picture(photo)?, 0, 0);
+        panel.paste(&self.picture(&selfie.pixels[index])?, 0, 0);
         let lines = seen_edges(selfie.head.mesh(), &projected, selfie.head.unit());
         panel.draw(|canvas| draw_lines(canvas, &lines))?;
         panel.into_texture()
@@ -223,7 +238,7 @@ fn panel_of(texture: &Texture) -> Result<Texture, TextureError> {
 }
 
 /// The textured head from each side.
-fn results(selfie: &Selfie) -> anyhow::Result<Vec<(f32, Texture)>> {
+fn results(selfie: &Selfie) -> anyhow::Result<Vec<Panel>> {
     let frame = selfie.head.anatomy().frame();
     let local = |at: &DVec3| frame.local(at.to_array()).map(|value| value as f32);
     // In eye distances, facing the camera.
@@ -233,7 +248,8 @@ fn results(selfie: &Selfie) -> anyhow::Result<Vec<(f32, Texture)>> {
         let (target, height) = ([0.0, -0.2, -1.0], 5.2);
         let view = View { azimuth, elevation: 0.0, target, height, floor: false };
         let texture = &selfie.made.texture;
-        (azimuth, render(&mesh, texture, |_| Shading::Matt, &view, Size::square(PANEL)))
+        let picture = render(&mesh, texture, |_| Shading::Matt, &view, Size::square(PANEL));
+        (format!("result at {azimuth}\u{b0}"), picture)
     };
     Ok(AZIMUTHS.map(shot).into())
 }

@@ -4,10 +4,8 @@ use uvgraft::{Averaging, Channels, Depth, Encoding, Filter, Size, Texels, Textur
 use uvgraft_selfie::FittedPhoto;
 
 /// A part of a photograph, possibly scaled down.
-#[derive(Debug, Clone)]
+#[derive(Debug, Clone, Copy)]
 pub(super) struct Window {
-    /// 8-bit RGB.
-    pub(super) pixels: Texture,
     /// Its first column and row in the photograph.
     offset: [f64; 2],
     /// Its pixels per pixel of the photograph.
@@ -15,14 +13,15 @@ pub(super) struct Window {
 }
 
 impl Window {
-    /// The part of a photograph around landmarks: the head, with hair and neck.
+    /// The part of a photograph around landmarks, the head with hair and neck, and its pixels: 8-bit
+    /// RGB.
     ///
     /// - `most`: largest number of pixels to keep; a larger part is scaled down.
     pub(super) fn around(
         landmarks: &[[f64; 3]],
         photo: Texture,
         most: usize,
-    ) -> Result<Self, TextureError> {
+    ) -> Result<(Self, Texture), TextureError> {
         /// Margin around the landmarks, as a share of the face.
         const MARGIN: f64 = 1.0;
         let Bounds { low, high } = Bounds::of(landmarks);
@@ -43,7 +42,7 @@ impl Window {
         let pixels = cut.resized(small, Filter::Lanczos3, Averaging::Encoded)?;
         let scale = [(small.width, full.width), (small.height, full.height)]
             .map(|(small, full)| f64::from(small) / f64::from(full));
-        Ok(Self { pixels, offset: first.map(f64::from), scale })
+        Ok((Self { offset: first.map(f64::from), scale }, pixels))
     }
 
     /// A position in the photograph as one in the window.
@@ -110,9 +109,9 @@ mod tests {
     #[test]
     fn a_window_keeps_the_pixels_around_the_landmarks() {
         let landmarks = [[20.0, 10.0, 0.0], [28.0, 15.0, 0.0]];
-        let window = Window::around(&landmarks, photo(), usize::MAX).unwrap();
-        assert_eq!(window.pixels.size(), Size::new(24, 21));
-        let first = [0, 1].map(|channel| (window.pixels.get(0, 0, channel) * 255.0).round());
+        let (window, pixels) = Window::around(&landmarks, photo(), usize::MAX).unwrap();
+        assert_eq!(pixels.size(), Size::new(24, 21));
+        let first = [0, 1].map(|channel| (pixels.get(0, 0, channel) * 255.0).round());
         assert_eq!(first, [12.0, 2.0]);
         assert_eq!(window.point([12.5, 2.5]), [0.5, 0.5]);
     }
@@ -120,8 +119,8 @@ mod tests {
     #[test]
     fn a_large_window_is_scaled_down_and_ends_with_the_photograph() {
         let landmarks = [[20.0, 10.0, 0.0], [50.0, 30.0, 0.0]];
-        let window = Window::around(&landmarks, photo(), 600).unwrap();
-        assert_eq!(window.pixels.size(), Size::new(30, 20));
+        let (window, pixels) = Window::around(&landmarks, photo(), 600).unwrap();
+        assert_eq!(pixels.size(), Size::new(30, 20));
         assert_eq!(window.point([60.0, 40.0]), [30.0, 20.0]);
     }
 }
