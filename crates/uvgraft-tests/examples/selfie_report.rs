@@ -41,8 +41,8 @@ use uvgraft_tests::photographed::{
     networks, prepared, views,
 };
 
-/// Size of textures.
-const TEXTURE: Size = Size::square(1024);
+/// Size of textures: that of the photographs' faces, or detail would be judged that they lack.
+const TEXTURE: Size = Size::square(512);
 
 /// Cells of a sheet.
 const CELL: Size = Size::square(480);
@@ -108,7 +108,7 @@ fn cases() -> Vec<Case> {
         relight: Relight::Off,
         is_focal_known: true,
     };
-    let near = Shot { focal: 0.9, distance: 0.45, ..front };
+    let near = Shot { focal: 0.9, distance: 0.42, ..front };
     let window = Shot { light: Light::WINDOW, ..front };
     let lamp = Shot { light: Light::LAMP, ..front };
     vec![
@@ -121,9 +121,9 @@ fn cases() -> Vec<Case> {
         new(
             "far",
             "figure",
-            vec![Shot { focal: 2.4, distance: 1.25, ..front }.turned(5.0, 3.0, 0.0)],
+            vec![Shot { focal: 2.4, distance: 1.1, ..front }.turned(5.0, 3.0, 0.0)],
         ),
-        new("off centre", "figure", vec![Shot { offset: [0.16, -0.15], distance: 0.9, ..front }]),
+        new("off centre", "figure", vec![Shot { offset: [0.14, -0.12], distance: 0.7, ..front }]),
         Case { relight: Relight::Full, ..new("window", "figure", vec![window]) },
         Case { relight: Relight::Full, ..new("lamp", "figure", vec![lamp]) },
         new("nine", "figure", front.nine().to_vec()),

@@ -15,7 +15,8 @@ use uvgraft_tests::photographed::{
     prepared, views,
 };
 
-const TEXTURE: Size = Size::square(1024);
+/// That of the photographs' faces, or detail would be judged that they lack.
+const TEXTURE: Size = Size::square(512);
 
 static NETWORKS: LazyLock<Option<FaceNetworks>> = LazyLock::new(networks);
 

@@ -195,8 +195,8 @@ pub fn views() -> [Shot; 3] {
     let shot = Shot {
         size: uvgraft::Size::square(640),
         distance: 0.9,
-        focal: 2.0,
-        offset: [0.0; 2],
+        focal: 2.4,
+        offset: [0.0, -0.04],
         ..Shot::PORTRAIT
     };
     [0.0, 20.0, 35.0].map(|yaw| shot.turned(yaw, 0.0, 0.0))

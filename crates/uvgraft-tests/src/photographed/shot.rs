@@ -62,12 +62,13 @@ pub struct Shot {
 }
 
 impl Shot {
-    /// A portrait from the front, by a telephone at arm's length.
+    /// A portrait from the front, by a telephone at arm's length. The figure's face has as many
+    /// pixels as texels in a texture of 600².
     pub const PORTRAIT: Self = Self {
-        size: Size::new(720, 900),
+        size: Size::new(810, 1080),
         angles: [0.0; 3],
         focal: 1.2,
-        distance: 0.62,
+        distance: 0.55,
         offset: [0.0, -0.06],
         light: Light::EVEN,
         seed: 1,
