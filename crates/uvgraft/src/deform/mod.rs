@@ -215,14 +215,20 @@ impl DeformationTransfer {
         /// Movements that are too small to be seen, as a share of the size: those shorter than the
         /// first become zero, those longer than the second remain. In a face, 0.02 and 0.1 mm.
         const STILL: [f64; 2] = [1e-4, 6e-4];
+        /// Rounding of the solution, at the edge of what moves.
+        const NOTHING: f64 = 1e-7;
         let mut stirred = vec![false; points.len()];
         for (triangle, corners) in (0..).zip(self.equations.triangles()) {
             if self.samples.of(triangle).iter().any(|sample| moves(sample.source)) {
                 corners.iter().for_each(|&point| stirred[point as usize] = true);
             }
         }
-        for (point, _) in points.iter_mut().zip(stirred).filter(|(_, stirred)| !stirred) {
-            *point *= fade(point.length(), STILL.map(|share| share * self.size));
+        for (point, stirred) in points.iter_mut().zip(stirred) {
+            if point.length() < NOTHING * self.size {
+                *point = DVec3::ZERO;
+            } else if !stirred {
+                *point *= fade(point.length(), STILL.map(|share| share * self.size));
+            }
         }
     }
 
