@@ -220,8 +220,8 @@ impl Photograph {
 
     /// Whether a point of the head's surface is seen.
     pub fn sees(&self, point: DVec3, normal: DVec3) -> bool {
-        /// In metres, and its growth with the surface's slope.
-        const TOLERANCE: f64 = 0.002;
+        /// In metres: less than lids are thick. It grows with the surface's slope.
+        const TOLERANCE: f64 = 0.0007;
         let facing = (self.camera.eye() - point).normalize().dot(normal);
         let [x, y, depth] = self.camera.project(point);
         let limit = TOLERANCE / facing.max(0.1);
