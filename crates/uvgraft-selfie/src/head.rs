@@ -5,7 +5,7 @@ use uvgraft::surface_field::SurfaceField;
 use uvgraft::{Anatomy, AnatomyError, Mesh, Texture};
 
 use crate::components::Components;
-use crate::head_landmarks::{self, HeadLandmark, HeadLandmarkError};
+use crate::head_landmarks::{Drawing, HeadLandmark, HeadLandmarkError};
 use crate::landmarks::CanonicalFace;
 
 /// Why a mesh is not a head for photographs.
@@ -35,6 +35,8 @@ pub struct Head {
 impl Head {
     /// Prepares a head, a bust or a whole body.
     ///
+    /// - `texture`: what the head usually looks like, in its layout; landmarks are found better on it
+    ///   than on bare surface.
     /// - `canonical`: the face whose vertices are the landmarks.
     /// - `detect`: finds the landmarks in a picture, `[x, y, z]` in pixels each, as many as
     ///   `canonical` has; `None` if there is no face.
@@ -43,13 +45,14 @@ impl Head {
     /// [`HeadError`] if the mesh has no head, or no face is found in drawings of it.
     pub fn new(
         mesh: Mesh,
+        texture: Option<&Texture>,
         canonical: &CanonicalFace,
         detect: &(dyn Fn(&Texture) -> Option<Vec<[f64; 3]>> + Sync),
     ) -> Result<Self, HeadError> {
         let anatomy = Anatomy::find(&mesh)?;
         let components = Components::new(&mesh, &anatomy);
-        let landmarks =
-            head_landmarks::find(&mesh, &anatomy, &components, &canonical.mates, detect)?;
+        let drawing = Drawing::new(&mesh, &anatomy, &components, texture);
+        let landmarks = drawing.landmarks(&canonical.mates, detect)?;
         let canonical = canonical.positions.iter().map(|&at| DVec3::from(at)).collect();
         let field = SurfaceField::new(&mesh, anatomy.frame().unit);
         Ok(Self { mesh, anatomy, components, landmarks, canonical, field })

@@ -7,7 +7,7 @@
 use glam::{DMat3, DVec3};
 use uvgraft::surface_index::{SurfaceIndex, SurfacePoint};
 use uvgraft::threads::map_indices;
-use uvgraft::{Anatomy, Area, Channels, Encoding, Mesh, Size, Texels, Texture};
+use uvgraft::{Anatomy, Area, Channels, Depth, Encoding, Mesh, Size, Texels, Texture};
 
 use crate::camera::Camera;
 use crate::components::Components;
@@ -63,65 +63,6 @@ pub enum HeadLandmarkError {
     },
 }
 
-/// Finds the landmarks of photographs on a head's mesh.
-///
-/// - `detect`: finds the landmarks in a picture, `[x, y, z]` in pixels each; always the same
-///   number.
-/// - `mates`: for each landmark, that of the other side of the face; itself on the midline.
-pub(crate) fn find(
-    mesh: &Mesh,
-    anatomy: &Anatomy,
-    components: &Components,
-    mates: &[usize],
-    detect: &(dyn Fn(&Texture) -> Option<Vec<[f64; 3]>> + Sync),
-) -> Result<Vec<HeadLandmark>, HeadLandmarkError> {
-    const NEEDED: usize = 3;
-    let drawing = Drawing::new(mesh, anatomy, components);
-    let found: Vec<Vec<Cast>> = map_indices(SIDES.len(), |side| {
-        let (picture, camera, depths) = drawing.from_side(SIDES[side]);
-        let landmarks = detect(&picture).filter(|found| found.len() == mates.len())?;
-        let landmarks: Vec<DVec3> = landmarks.into_iter().map(DVec3::from).collect();
-        Some(drawing.cast(&camera, &depths, &steadied(&landmarks)))
-    })
-    .into_iter()
-    .flatten()
-    .collect();
-    if found.len() < NEEDED {
-        let (found, drawn) = (found.len(), SIDES.len());
-        return Err(HeadLandmarkError::NotFound { found, drawn, needed: NEEDED });
-    }
-    let means = means(&found, mates.len());
-    let frame = anatomy.frame();
-    let mirrored = |point: DVec3| {
-        let [x, y, z] = frame.local(point.to_array());
-        DVec3::from(frame.world([-x, y, z]))
-    };
-    let index = SurfaceIndex::new(mesh);
-    let on_skin = |face: u32, _: [f64; 3]| drawing.is_skin(face);
-    let landmarks = means.iter().zip(mates).map(|(&(point, weight, spread), &mate)| {
-        // Both sides together are twice as sure, and neither is drawn to one side.
-        let (of_mate, mate_weight, mate_spread) = means[mate];
-        let total = (weight + mate_weight).max(f64::MIN_POSITIVE);
-        let point = (point * weight + mirrored(of_mate) * mate_weight) / total;
-        let spread = (spread * weight + mate_spread * mate_weight) / total / frame.unit;
-        let reach = 0.5 * frame.unit;
-        let (at, distance) = index
-            .nearest(point.to_array(), reach, on_skin)
-            .filter(|_| total > 1e-9)
-            .unwrap_or((SurfacePoint { face: 0, weights: [1.0, 0.0, 0.0] }, f64::INFINITY));
-        HeadLandmark { at, certainty: certainty(spread, distance / frame.unit) }
-    });
-    let mut landmarks: Vec<HeadLandmark> = landmarks.collect();
-    for (indices, share) in LESS_CERTAIN {
-        for &index in indices {
-            if let Some(landmark) = landmarks.get_mut(index) {
-                landmark.certainty *= share;
-            }
-        }
-    }
-    Ok(landmarks)
-}
-
 /// Landmarks that say less about the surface. Brows are where a person has them, wherever they are
 /// drawn on the head; and the edge of the face is where the surface turns away, which is another
 /// place from every side.
@@ -168,8 +109,10 @@ fn means(sides: &[Vec<Cast>], count: usize) -> Vec<(DVec3, f64, f64)> {
 }
 
 /// What is drawn of a head.
-struct Drawing<'a> {
+pub(crate) struct Drawing<'a> {
     mesh: &'a Mesh,
+    /// In the mesh's layout: RGB, 8-bit sRGB.
+    texture: Option<Texture>,
     anatomy: &'a Anatomy,
     components: &'a Components,
     colors: Vec<[f32; 3]>,
@@ -177,9 +120,79 @@ struct Drawing<'a> {
 }
 
 impl<'a> Drawing<'a> {
-    fn new(mesh: &'a Mesh, anatomy: &'a Anatomy, components: &'a Components) -> Self {
-        let colors = colors(mesh, anatomy, components);
-        Self { mesh, anatomy, components, colors, normals: normals(mesh.positions(), mesh.faces()) }
+    /// - `texture`: in the mesh's layout; without one, parts of the face are told apart by colours.
+    pub fn new(
+        mesh: &'a Mesh,
+        anatomy: &'a Anatomy,
+        components: &'a Components,
+        texture: Option<&Texture>,
+    ) -> Self {
+        let plain = |texture: &Texture| {
+            texture.clone().encoded_as(Encoding::Srgb).converted(Channels::Rgb, Depth::U8)
+        };
+        Self {
+            mesh,
+            texture: texture.map(plain),
+            anatomy,
+            components,
+            colors: colors(mesh, anatomy, components),
+            normals: normals(mesh.positions(), mesh.faces()),
+        }
+    }
+
+    /// Finds the landmarks of photographs on the mesh.
+    ///
+    /// - `mates`: for each landmark, that of the other side of the face; itself on the midline.
+    /// - `detect`: finds the landmarks in a picture, `[x, y, z]` in pixels each; as many as `mates`.
+    pub fn landmarks(
+        &self,
+        mates: &[usize],
+        detect: &(dyn Fn(&Texture) -> Option<Vec<[f64; 3]>> + Sync),
+    ) -> Result<Vec<HeadLandmark>, HeadLandmarkError> {
+        const NEEDED: usize = 3;
+        let found: Vec<Vec<Cast>> = map_indices(SIDES.len(), |side| {
+            let (picture, camera, depths) = self.from_side(SIDES[side]);
+            let landmarks = detect(&picture).filter(|found| found.len() == mates.len())?;
+            let landmarks: Vec<DVec3> = landmarks.into_iter().map(DVec3::from).collect();
+            Some(self.cast(&camera, &depths, &steadied(&landmarks)))
+        })
+        .into_iter()
+        .flatten()
+        .collect();
+        if found.len() < NEEDED {
+            let (found, drawn) = (found.len(), SIDES.len());
+            return Err(HeadLandmarkError::NotFound { found, drawn, needed: NEEDED });
+        }
+        let means = means(&found, mates.len());
+        let frame = self.anatomy.frame();
+        let mirrored = |point: DVec3| {
+            let [x, y, z] = frame.local(point.to_array());
+            DVec3::from(frame.world([-x, y, z]))
+        };
+        let index = SurfaceIndex::new(self.mesh);
+        let on_skin = |face: u32, _: [f64; 3]| self.is_skin(face);
+        let landmarks = means.iter().zip(mates).map(|(&(point, weight, spread), &mate)| {
+            // Both sides together are twice as sure, and neither is drawn to one side.
+            let (of_mate, mate_weight, mate_spread) = means[mate];
+            let total = (weight + mate_weight).max(f64::MIN_POSITIVE);
+            let point = (point * weight + mirrored(of_mate) * mate_weight) / total;
+            let spread = (spread * weight + mate_spread * mate_weight) / total / frame.unit;
+            let reach = 0.5 * frame.unit;
+            let (at, distance) = index
+                .nearest(point.to_array(), reach, on_skin)
+                .filter(|_| total > 1e-9)
+                .unwrap_or((SurfacePoint { face: 0, weights: [1.0, 0.0, 0.0] }, f64::INFINITY));
+            HeadLandmark { at, certainty: certainty(spread, distance / frame.unit) }
+        });
+        let mut landmarks: Vec<HeadLandmark> = landmarks.collect();
+        for (indices, share) in LESS_CERTAIN {
+            for &index in indices {
+                if let Some(landmark) = landmarks.get_mut(index) {
+                    landmark.certainty *= share;
+                }
+            }
+        }
+        Ok(landmarks)
     }
 
     fn is_skin(&self, face: u32) -> bool {
@@ -246,10 +259,21 @@ impl<'a> Drawing<'a> {
         let light = DVec3::new(-0.3, -0.45, -0.84);
         let facing = (camera.rotation * normal.normalize_or_zero()).dot(light).max(0.0);
         let light = 0.4 + 0.6 * facing;
+        self.color(&at).map(|value| (255.0 * f64::from(value) * light).clamp(0.0, 255.0) as u8)
+    }
+
+    /// The colour of a place.
+    fn color(&self, at: &SurfacePoint) -> [f32; 3] {
+        if let Some(texture) = &self.texture {
+            let uv = self.mesh.uv_triangle(at.face as usize);
+            let uv: [f32; 2] = std::array::from_fn(|axis| {
+                (0..3).map(|k| at.weights[k] as f32 * uv[k][axis]).sum()
+            });
+            return nearest_four(texture, uv);
+        }
+        let corners = self.mesh.faces()[at.face as usize].map(|vertex| vertex as usize);
         std::array::from_fn(|channel| {
-            let color: f64 =
-                (0..3).map(|k| f64::from(self.colors[corners[k]][channel]) * at.weights[k]).sum();
-            (255.0 * color * light).clamp(0.0, 255.0) as u8
+            (0..3).map(|k| self.colors[corners[k]][channel] * at.weights[k] as f32).sum()
         })
     }
 
@@ -296,6 +320,24 @@ pub(crate) fn normals(positions: &[[f32; 3]], faces: &[[u32; 3]]) -> Vec<DVec3> 
     }
     let whole = |position: &[f32; 3]| at_position[&position.map(|value| (value + 0.0).to_bits())];
     positions.iter().map(|position| whole(position).normalize_or_zero()).collect()
+}
+
+/// The bilinear mean of the texels around a UV coordinate.
+fn nearest_four(texture: &Texture, uv: [f32; 2]) -> [f32; 3] {
+    let size = texture.size();
+    let (x, y) = (uv[0] * size.width as f32 - 0.5, uv[1] * size.height as f32 - 0.5);
+    let (left, top) = (x.floor(), y.floor());
+    let (fx, fy) = (x - left, y - top);
+    let at = |dx: f32, dy: f32, channel: usize| {
+        let x = (left + dx).clamp(0.0, (size.width - 1) as f32) as u32;
+        let y = (top + dy).clamp(0.0, (size.height - 1) as f32) as u32;
+        texture.get(x, y, channel)
+    };
+    std::array::from_fn(|k| {
+        let above = at(0.0, 0.0, k) * (1.0 - fx) + at(1.0, 0.0, k) * fx;
+        let below = at(0.0, 1.0, k) * (1.0 - fx) + at(1.0, 1.0, k) * fx;
+        above * (1.0 - fy) + below * fy
+    })
 }
 
 /// The colour of each vertex.

@@ -145,7 +145,7 @@ fn synthetic(arguments: &Arguments, networks: &FaceNetworks) {
     let mut subjects = vec![Subject::figure(TEXTURE)];
     subjects.extend([plain, dark].map(|look| Subject::painted(&look, TEXTURE)));
     subjects.extend(Subject::dressed(TEXTURE));
-    let head = match prepared(subjects[0].head.clone(), networks) {
+    let head = match prepared(subjects[0].head.clone(), Some(&subjects[0].texture), networks) {
         Ok(head) => head,
         Err(error) => return eprintln!("the figure: {error}"),
     };
@@ -286,7 +286,7 @@ fn seen_again(
 
 fn real(arguments: &Arguments, head: &Path, networks: &FaceNetworks) {
     let mesh = obj::read(head).expect("a mesh");
-    let head = prepared(mesh, networks).expect("a head");
+    let head = prepared(mesh, None, networks).expect("a head");
     let pictures: Vec<Texture> = arguments
         .photos
         .iter()

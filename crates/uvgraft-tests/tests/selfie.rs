@@ -23,8 +23,9 @@ static NETWORKS: LazyLock<Option<FaceNetworks>> = LazyLock::new(networks);
 static FIGURE: LazyLock<Subject> = LazyLock::new(|| Subject::figure(TEXTURE));
 
 /// The figure's head; `None`, with a message, if the networks have not been fetched.
-static HEAD: LazyLock<Option<Head>> =
-    LazyLock::new(|| Some(prepared(FIGURE.head.clone(), NETWORKS.as_ref()?).unwrap()));
+static HEAD: LazyLock<Option<Head>> = LazyLock::new(|| {
+    Some(prepared(FIGURE.head.clone(), Some(&FIGURE.texture), NETWORKS.as_ref()?).unwrap())
+});
 
 struct Made {
     photographs: Vec<Photograph>,

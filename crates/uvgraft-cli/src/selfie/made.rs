@@ -54,7 +54,7 @@ impl Selfie {
         let (head, photos) = rayon::join(
             || {
                 let detect = |drawing: &_| networks::of_drawing(&networks, drawing);
-                Head::new(mesh, networks.canonical(), &detect)
+                Head::new(mesh, None, networks.canonical(), &detect)
             },
             || read(frames, &networks, args),
         );

@@ -40,10 +40,16 @@ fn networks_of(package: &Path, iris: Option<&Path>) -> FaceNetworks {
 
 /// A head prepared for photographs.
 ///
+/// - `texture`: what it usually looks like, in its layout.
+///
 /// # Errors
 /// [`HeadError`] if no landmarks are found on it.
-pub fn prepared(mesh: Mesh, networks: &FaceNetworks) -> Result<Head, HeadError> {
-    Head::new(mesh, networks.canonical(), &|drawing| {
+pub fn prepared(
+    mesh: Mesh,
+    texture: Option<&Texture>,
+    networks: &FaceNetworks,
+) -> Result<Head, HeadError> {
+    Head::new(mesh, texture, networks.canonical(), &|drawing| {
         let faces = networks.detect(drawing);
         faces.first().map(|face| networks.landmarks(drawing, face).points)
     })

@@ -2,8 +2,8 @@
 
 mod delta_e;
 
-pub use crate::labels::lab;
 pub use self::delta_e::delta_e;
+pub use crate::labels::lab;
 
 /// How a texture's values are encoded, which decides whether they may be colour-converted.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
