@@ -14,7 +14,7 @@ use uvgraft::surface_field::{FieldValue, Smoothness};
 use crate::camera::Camera;
 use crate::expression;
 use crate::head::Head;
-use crate::head_landmarks::{normals, steadied};
+use crate::head_landmarks::{HeadLandmark, normals, steadied};
 
 /// The landmarks of one photograph.
 #[derive(Debug, Clone, PartialEq)]
@@ -100,109 +100,163 @@ impl Fit {
     /// # Panics
     /// If a photograph has another number of landmarks than the head.
     pub fn new(head: &Head, photos: &[PhotoLandmarks]) -> Option<Self> {
-        let given = photos;
-        let photos: Vec<PhotoLandmarks> = photos.iter().map(PhotoLandmarks::steadied).collect();
-        let photos = photos.as_slice();
         let rest = head.positions();
-        let at_rest = head.landmark_points(&rest);
-        let certain: Vec<f64> = head.landmarks.iter().map(|landmark| landmark.certainty).collect();
-        let used: Vec<usize> = (0..certain.len()).filter(|&index| certain[index] > 0.1).collect();
-        let mut shaped = rest.clone();
-        let mut cameras = Vec::with_capacity(photos.len());
-        for photo in photos {
-            assert_eq!(photo.points.len(), at_rest.len(), "landmarks of a photograph");
-            let focal = photo.focal_px.unwrap_or_else(|| Camera::usual_focal_px(photo.size));
-            let points: Vec<DVec3> = used.iter().map(|&index| at_rest[index]).collect();
-            let seen: Vec<[f64; 3]> = used.iter().map(|&index| photo.points[index]).collect();
-            cameras.push(Camera::of_landmarks(&points, &seen, focal, photo.size)?);
-        }
+        let mut views = photos
+            .iter()
+            .map(|photo| View::new(head, &rest, photo))
+            .collect::<Option<Vec<View>>>()?;
         let hold = held_still(head);
+        let mut shaped = rest.clone();
         for _ in 0..ROUNDS {
-            let points = head.landmark_points(&shaped);
-            for (camera, photo) in cameras.iter_mut().zip(photos) {
-                refine(camera, &points, photo, &certain);
-            }
-            let facing = facing(head, &shaped, &cameras);
-            let mut places = places(head, &points, &at_rest, photos, &cameras, &facing);
+            views.iter_mut().for_each(|view| view.refine(head, &shaped));
+            let mut places = places(head, &views, &shaped, &rest);
             neutralise(head, &mut places);
             shaped = bent(head, &rest, SHAPE, &hold, &places)?;
         }
-        let points = head.landmark_points(&shaped);
-        let fitted = photos.iter().zip(given).zip(cameras).map(|((photo, given), mut camera)| {
-            refine(&mut camera, &points, photo, &certain);
-            let cameras = [camera];
-            let facing = facing_of(head, &shaped, &cameras[0]);
-            let one = std::slice::from_ref(photo);
-            let places = places(head, &points, &points, one, &cameras, &[facing]);
+        let fitted = views.iter_mut().zip(photos).map(|(view, given)| {
+            view.refine(head, &shaped);
+            let mut places = places(head, std::slice::from_ref(view), &shaped, &shaped);
+            for (place, landmark) in places.iter_mut().zip(&view.landmarks) {
+                place.at = landmark.at;
+            }
             let posed = bent(head, &shaped, EXPRESSION, &hold, &places)?;
-            let residual_px = residual(head, &posed, photo, &camera);
-            let landmarks = given.points.clone();
-            Some(FittedPhoto { camera, posed, landmarks, residual_px })
+            let residual_px = view.residual(head, &posed);
+            Some(FittedPhoto {
+                camera: view.camera,
+                posed,
+                landmarks: given.points.clone(),
+                residual_px,
+            })
         });
         let photos = fitted.collect::<Option<Vec<FittedPhoto>>>()?;
         Some(Self { shaped, photos })
     }
 }
 
-fn refine(camera: &mut Camera, points: &[DVec3], photo: &PhotoLandmarks, certain: &[f64]) {
-    camera.refine(points, &photo.points, certain);
+/// A photograph while the head is fitted to it.
+struct View {
+    photo: PhotoLandmarks,
+    camera: Camera,
+    /// Where its landmarks are on the head, seen from its side.
+    landmarks: Vec<HeadLandmark>,
 }
 
-fn facing(head: &Head, positions: &[DVec3], cameras: &[Camera]) -> Vec<Vec<f64>> {
-    cameras.iter().map(|camera| facing_of(head, positions, camera)).collect()
-}
+impl View {
+    fn new(head: &Head, rest: &[DVec3], photo: &PhotoLandmarks) -> Option<Self> {
+        /// How often the head is drawn from the side that the last drawing told.
+        const DRAWINGS: usize = 2;
+        assert_eq!(photo.points.len(), head.landmarks.len(), "landmarks of a photograph");
+        let photo = photo.steadied();
+        let used: Vec<usize> =
+            (0..photo.points.len()).filter(|&k| head.landmarks[k].certainty > 0.1).collect();
+        let points = head.points_of(&head.landmarks, rest);
+        let points: Vec<DVec3> = used.iter().map(|&index| points[index]).collect();
+        let seen: Vec<[f64; 3]> = used.iter().map(|&index| photo.points[index]).collect();
+        let focal = photo.focal_px.unwrap_or_else(|| Camera::usual_focal_px(photo.size));
+        let camera = Camera::of_landmarks(&points, &seen, focal, photo.size)?;
+        let mut view = Self { photo, camera, landmarks: head.landmarks.clone() };
+        for _ in 0..DRAWINGS {
+            let Some(landmarks) = head.landmarks_from(&view.camera) else { break };
+            view.landmarks = landmarks;
+            view.refine(head, rest);
+        }
+        Some(view)
+    }
 
-/// For each landmark how well a camera sees it, 0 to 1: networks guess what is turned away.
-fn facing_of(head: &Head, positions: &[DVec3], camera: &Camera) -> Vec<f64> {
-    let narrow: Vec<[f32; 3]> = positions.iter().map(|at| at.as_vec3().to_array()).collect();
-    let normals = normals(&narrow, head.mesh.faces());
-    let points = head.landmark_points(positions);
-    let directions = head.landmark_points(&normals);
-    let eye = camera.eye();
-    let facing = |(point, normal): (DVec3, DVec3)| {
-        let cosine = (eye - point).normalize().dot(normal.normalize_or_zero());
-        0.05 + 0.95 * smoothstep_f64(-0.1, 0.4, cosine)
-    };
-    points.into_iter().zip(directions).map(facing).collect()
+    /// Adjusts the camera to a shape.
+    fn refine(&mut self, head: &Head, positions: &[DVec3]) {
+        let certain: Vec<f64> = self.landmarks.iter().map(|landmark| landmark.certainty).collect();
+        let points = head.points_of(&self.landmarks, positions);
+        self.camera.refine(&points, &self.photo.points, &certain);
+    }
+
+    /// For each landmark how well the camera sees it, 0 to 1: networks guess what is turned away.
+    fn facing(&self, head: &Head, positions: &[DVec3]) -> Vec<f64> {
+        let narrow: Vec<[f32; 3]> = positions.iter().map(|at| at.as_vec3().to_array()).collect();
+        let normals = normals(&narrow, head.mesh.faces());
+        let points = head.points_of(&self.landmarks, positions);
+        let directions = head.points_of(&self.landmarks, &normals);
+        let eye = self.camera.eye();
+        let facing = |(point, normal): (DVec3, DVec3)| {
+            let cosine = (eye - point).normalize().dot(normal.normalize_or_zero());
+            0.05 + 0.95 * smoothstep_f64(-0.1, 0.4, cosine)
+        };
+        points.into_iter().zip(directions).map(facing).collect()
+    }
+
+    /// The distance of each landmark along the optical axis: the network's relative depths, scaled
+    /// and moved to agree with where the landmarks are now.
+    fn depths(&self, points: &[DVec3]) -> Vec<f64> {
+        let (camera, seen) = (&self.camera, &self.photo.points);
+        let now: Vec<f64> = points.iter().map(|&point| camera.view(point).z).collect();
+        let weights = || self.landmarks.iter().map(|landmark| landmark.certainty);
+        let total = weights().sum::<f64>().max(f64::MIN_POSITIVE);
+        let mean = |values: &mut dyn Iterator<Item = f64>| {
+            values.zip(weights()).map(|(value, weight)| value * weight).sum::<f64>() / total
+        };
+        let mean_now = mean(&mut now.iter().copied());
+        let mean_seen = mean(&mut seen.iter().map(|point| point[2]));
+        // A pixel of depth is a pixel of width at the head's distance.
+        let per_pixel = 1.0 / camera.scale(mean_now);
+        seen.iter().map(|point| mean_now + (point[2] - mean_seen) * per_pixel).collect()
+    }
+
+    /// The median distance of the landmarks from those of the fitted head, in pixels.
+    fn residual(&self, head: &Head, posed: &[DVec3]) -> f64 {
+        let points = head.points_of(&self.landmarks, posed);
+        let mut distances: Vec<f64> = points
+            .iter()
+            .zip(&self.photo.points)
+            .zip(&self.landmarks)
+            .filter(|(_, landmark)| landmark.certainty > 0.5)
+            .map(|((&point, seen), _)| {
+                let [x, y, _] = self.camera.project(point);
+                (x - seen[0]).hypot(y - seen[1])
+            })
+            .collect();
+        let middle = distances.len() / 2;
+        if distances.is_empty() {
+            return f64::NAN;
+        }
+        *distances.select_nth_unstable_by(middle, f64::total_cmp).1
+    }
 }
 
 /// Where photographs put landmarks, as displacements from `from`.
 ///
-/// - `points`: where the landmarks are now; depths are relative to theirs.
-fn places(
-    head: &Head,
-    points: &[DVec3],
-    from: &[DVec3],
-    photos: &[PhotoLandmarks],
-    cameras: &[Camera],
-    facing: &[Vec<f64>],
-) -> Vec<FieldValue> {
+/// - `now`: the shape so far; depths are relative to it.
+fn places(head: &Head, views: &[View], now: &[DVec3], from: &[DVec3]) -> Vec<FieldValue> {
     let unit = head.unit();
-    let depths: Vec<Vec<f64>> = photos
+    struct Seen {
+        from: Vec<DVec3>,
+        depths: Vec<f64>,
+        facing: Vec<f64>,
+    }
+    let seen: Vec<Seen> = views
         .iter()
-        .zip(cameras)
-        .map(|(photo, camera)| depths(points, photo, camera, &head.landmarks))
+        .map(|view| Seen {
+            from: head.points_of(&view.landmarks, from),
+            depths: view.depths(&head.points_of(&view.landmarks, now)),
+            facing: view.facing(head, now),
+        })
         .collect();
-    let place = |(index, landmark): (usize, &crate::head_landmarks::HeadLandmark)| {
+    let place = |(index, landmark): (usize, &HeadLandmark)| {
         let mut matrix = DMat3::from_diagonal(DVec3::splat(REST));
         let mut right = DVec3::ZERO;
         let mut total = 0.0;
-        for (photo, camera) in
-            photos.iter().zip(cameras).enumerate().map(|(k, (photo, camera))| ((k, photo), camera))
-        {
-            let (k, photo) = photo;
-            let [x, y, _] = photo.points[index];
-            let seen = camera.unproject([x, y], depths[k][index]);
-            let sight = (seen - camera.eye()).normalize();
+        for (view, known) in views.iter().zip(&seen) {
+            let [x, y, _] = view.photo.points[index];
+            let seen = view.camera.unproject([x, y], known.depths[index]);
+            let sight = (seen - view.camera.eye()).normalize();
             let along = outer(sight);
-            let weight = facing[k][index];
+            let weight = known.facing[index] * view.landmarks[index].certainty;
             let by_direction = (DMat3::IDENTITY - along * (1.0 - DEPTH_TRUST)) * weight;
-            matrix += by_direction + along * (REST_DEPTH / photos.len() as f64);
-            right += by_direction * (seen - from[index]);
+            matrix += by_direction + along * (REST_DEPTH / views.len() as f64);
+            right += by_direction * (seen - known.from[index]);
             total += weight;
         }
         let value = matrix.inverse() * right;
-        let weight = LANDMARK * unit * unit * landmark.certainty * total.min(1.0);
+        let weight = LANDMARK * unit * unit * total.min(1.0);
         FieldValue { at: landmark.at, value: value.to_array(), weight }
     };
     head.landmarks.iter().enumerate().map(place).collect()
@@ -210,27 +264,6 @@ fn places(
 
 fn outer(direction: DVec3) -> DMat3 {
     DMat3::from_cols(direction * direction.x, direction * direction.y, direction * direction.z)
-}
-
-/// The distance of each landmark along the optical axis: the network's relative depths, scaled and
-/// moved to agree with where the landmarks are now.
-fn depths(
-    points: &[DVec3],
-    photo: &PhotoLandmarks,
-    camera: &Camera,
-    landmarks: &[crate::head_landmarks::HeadLandmark],
-) -> Vec<f64> {
-    let now: Vec<f64> = points.iter().map(|&point| camera.view(point).z).collect();
-    let weights: Vec<f64> = landmarks.iter().map(|landmark| landmark.certainty).collect();
-    let total = weights.iter().sum::<f64>().max(f64::MIN_POSITIVE);
-    let mean = |values: &mut dyn Iterator<Item = f64>| {
-        values.zip(&weights).map(|(value, weight)| value * weight).sum::<f64>() / total
-    };
-    let mean_now = mean(&mut now.iter().copied());
-    let mean_seen = mean(&mut photo.points.iter().map(|point| point[2]));
-    // A pixel of depth is a pixel of width at the head's distance.
-    let per_pixel = 1.0 / camera.scale(mean_now);
-    photo.points.iter().map(|point| mean_now + (point[2] - mean_seen) * per_pixel).collect()
 }
 
 /// For each vertex how much it is held at rest: not in the face, fully away from the head.
@@ -294,23 +327,4 @@ fn carry_along(head: &Head, from: &[DVec3], moved: &mut [DVec3]) {
             moved[vertex as usize] = from[vertex as usize] + shift;
         }
     }
-}
-
-fn residual(head: &Head, posed: &[DVec3], photo: &PhotoLandmarks, camera: &Camera) -> f64 {
-    let points = head.landmark_points(posed);
-    let mut distances: Vec<f64> = points
-        .iter()
-        .zip(&photo.points)
-        .zip(&head.landmarks)
-        .filter(|(_, landmark)| landmark.certainty > 0.5)
-        .map(|((&point, seen), _)| {
-            let [x, y, _] = camera.project(point);
-            (x - seen[0]).hypot(y - seen[1])
-        })
-        .collect();
-    let middle = distances.len() / 2;
-    if distances.is_empty() {
-        return f64::NAN;
-    }
-    *distances.select_nth_unstable_by(middle, f64::total_cmp).1
 }

@@ -1,11 +1,15 @@
 //! A head prepared for photographs: its anatomy, its parts, and the landmarks on it.
 
+use std::fmt;
+use std::sync::Arc;
+
 use glam::DVec3;
 use uvgraft::surface_field::SurfaceField;
 use uvgraft::{Anatomy, AnatomyError, Mesh, Texture};
 
+use crate::camera::Camera;
 use crate::components::Components;
-use crate::head_landmarks::{Drawing, HeadLandmark, HeadLandmarkError};
+use crate::head_landmarks::{self, Drawing, HeadLandmark, HeadLandmarkError};
 use crate::landmarks::CanonicalFace;
 
 /// Why a mesh is not a head for photographs.
@@ -20,6 +24,20 @@ pub enum HeadError {
     Landmarks(#[from] HeadLandmarkError),
 }
 
+/// Finds the landmarks of a face in a picture: `[x, y, z]` in pixels, always as many; `None` if there
+/// is no face.
+pub type LandmarkDetector = dyn Fn(&Texture) -> Option<Vec<[f64; 3]>> + Send + Sync;
+
+/// A detector in a type that can be printed.
+#[derive(Clone)]
+struct Detector(Arc<LandmarkDetector>);
+
+impl fmt::Debug for Detector {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str("Detector")
+    }
+}
+
 /// A head's mesh with what photographs need to know of it.
 #[derive(Debug)]
 pub struct Head {
@@ -30,6 +48,8 @@ pub struct Head {
     /// The landmarks of the average face, in centimetres: x to its left, y up, z forwards.
     pub(crate) canonical: Vec<DVec3>,
     pub(crate) field: SurfaceField,
+    texture: Option<Texture>,
+    detector: Detector,
 }
 
 impl Head {
@@ -38,8 +58,7 @@ impl Head {
     /// - `texture`: what the head usually looks like, in its layout; landmarks are found better on it
     ///   than on bare surface.
     /// - `canonical`: the face whose vertices are the landmarks.
-    /// - `detect`: finds the landmarks in a picture, `[x, y, z]` in pixels each, as many as
-    ///   `canonical` has; `None` if there is no face.
+    /// - `detect`: finds as many landmarks as `canonical` has, in drawings of the head.
     ///
     /// # Errors
     /// [`HeadError`] if the mesh has no head, or no face is found in drawings of it.
@@ -47,15 +66,25 @@ impl Head {
         mesh: Mesh,
         texture: Option<&Texture>,
         canonical: &CanonicalFace,
-        detect: &(dyn Fn(&Texture) -> Option<Vec<[f64; 3]>> + Sync),
+        detect: Arc<LandmarkDetector>,
     ) -> Result<Self, HeadError> {
         let anatomy = Anatomy::find(&mesh)?;
         let components = Components::new(&mesh, &anatomy);
-        let drawing = Drawing::new(&mesh, &anatomy, &components, texture);
-        let landmarks = drawing.landmarks(&canonical.mates, detect)?;
+        let texture = texture.map(head_landmarks::plain);
+        let drawing = Drawing::new(&mesh, &anatomy, &components, texture.as_ref());
+        let landmarks = drawing.landmarks(&canonical.mates, &*detect)?;
         let canonical = canonical.positions.iter().map(|&at| DVec3::from(at)).collect();
         let field = SurfaceField::new(&mesh, anatomy.frame().unit);
-        Ok(Self { mesh, anatomy, components, landmarks, canonical, field })
+        Ok(Self {
+            mesh,
+            anatomy,
+            components,
+            landmarks,
+            canonical,
+            field,
+            texture,
+            detector: Detector(detect),
+        })
     }
 
     /// The mesh, at rest.
@@ -84,12 +113,23 @@ impl Head {
         self.mesh.positions().iter().map(wide).collect()
     }
 
+    /// The landmarks as they are found when the head is seen by a camera; `None` if no face is found
+    /// in a drawing of it.
+    ///
+    /// Networks put landmarks at slightly other places from every side; those seen from the same side
+    /// as in a photograph are those of the photograph.
+    pub(crate) fn landmarks_from(&self, camera: &Camera) -> Option<Vec<HeadLandmark>> {
+        let texture = self.texture.as_ref();
+        let drawing = Drawing::new(&self.mesh, &self.anatomy, &self.components, texture);
+        drawing.seen_by(camera, &self.landmarks, &*self.detector.0)
+    }
+
     /// Where landmarks are on the head with vertices at other positions.
-    pub(crate) fn landmark_points(&self, positions: &[DVec3]) -> Vec<DVec3> {
+    pub(crate) fn points_of(&self, landmarks: &[HeadLandmark], positions: &[DVec3]) -> Vec<DVec3> {
         let point = |landmark: &HeadLandmark| {
             let corners = self.mesh.faces()[landmark.at.face as usize];
             (0..3).map(|k| positions[corners[k] as usize] * landmark.at.weights[k]).sum()
         };
-        self.landmarks.iter().map(point).collect()
+        landmarks.iter().map(point).collect()
     }
 }

@@ -12,6 +12,7 @@ use uvgraft::{Anatomy, Area, Channels, Depth, Encoding, Mesh, Size, Texels, Text
 use crate::camera::Camera;
 use crate::components::Components;
 use crate::depth_map::{DepthMap, NOTHING};
+use crate::head::LandmarkDetector;
 use crate::landmarks::regions::{FACE_OVAL, LEFT_BROW, LIPS_INNER, LIPS_OUTER, RIGHT_BROW};
 
 /// Sides of the head that are drawn: turned to the left and up, in degrees.
@@ -111,8 +112,7 @@ fn means(sides: &[Vec<Cast>], count: usize) -> Vec<(DVec3, f64, f64)> {
 /// What is drawn of a head.
 pub(crate) struct Drawing<'a> {
     mesh: &'a Mesh,
-    /// In the mesh's layout: RGB, 8-bit sRGB.
-    texture: Option<Texture>,
+    texture: Option<&'a Texture>,
     anatomy: &'a Anatomy,
     components: &'a Components,
     colors: Vec<[f32; 3]>,
@@ -120,19 +120,17 @@ pub(crate) struct Drawing<'a> {
 }
 
 impl<'a> Drawing<'a> {
-    /// - `texture`: in the mesh's layout; without one, parts of the face are told apart by colours.
+    /// - `texture`: in the mesh's layout, as [`plain`]; without one, parts of the face are told apart
+    ///   by colours.
     pub fn new(
         mesh: &'a Mesh,
         anatomy: &'a Anatomy,
         components: &'a Components,
-        texture: Option<&Texture>,
+        texture: Option<&'a Texture>,
     ) -> Self {
-        let plain = |texture: &Texture| {
-            texture.clone().encoded_as(Encoding::Srgb).converted(Channels::Rgb, Depth::U8)
-        };
         Self {
             mesh,
-            texture: texture.map(plain),
+            texture,
             anatomy,
             components,
             colors: colors(mesh, anatomy, components),
@@ -147,7 +145,7 @@ impl<'a> Drawing<'a> {
     pub fn landmarks(
         &self,
         mates: &[usize],
-        detect: &(dyn Fn(&Texture) -> Option<Vec<[f64; 3]>> + Sync),
+        detect: &LandmarkDetector,
     ) -> Result<Vec<HeadLandmark>, HeadLandmarkError> {
         const NEEDED: usize = 3;
         let found: Vec<Vec<Cast>> = map_indices(SIDES.len(), |side| {
@@ -218,16 +216,72 @@ impl<'a> Drawing<'a> {
             focal_px: FOCAL * width,
             center_px: [width / 2.0, height / 2.0],
         };
+        let (picture, depths) = self.drawn(&camera);
+        (picture, camera, depths)
+    }
+
+    /// The head as a camera sees it.
+    fn drawn(&self, camera: &Camera) -> (Texture, DepthMap) {
         let project = |position: &[f32; 3]| camera.project(glam::Vec3::from(*position).as_dvec3());
         let projected: Vec<[f64; 3]> = self.mesh.positions().iter().map(project).collect();
         let depths = DepthMap::new(SIZE, &projected, self.mesh.faces());
         let texels = map_indices(SIZE.texels(), |at| {
             let (x, y) = (at as i64 % i64::from(SIZE.width), at as i64 / i64::from(SIZE.width));
-            self.shade(&camera, &depths, x, y)
+            self.shade(camera, &depths, x, y)
         });
         let texels = Texels::U8(texels.into_flattened());
         let picture = Texture::new(SIZE, Channels::Rgb, Encoding::Srgb, texels);
-        (picture.expect("the size is fixed"), camera, depths)
+        (picture.expect("the size is fixed"), depths)
+    }
+
+    /// The landmarks as they are found from a camera's side, in its perspective.
+    ///
+    /// - `known`: from all sides; they stay where the drawing shows none.
+    pub fn seen_by(
+        &self,
+        camera: &Camera,
+        known: &[HeadLandmark],
+        detect: &LandmarkDetector,
+    ) -> Option<Vec<HeadLandmark>> {
+        /// The weight of a landmark that is only known from other sides.
+        const UNSEEN: f64 = 0.2;
+        let frame = self.anatomy.frame();
+        let center = DVec3::from(frame.world([0.0, -0.5, 0.0]));
+        let [x, y, depth] = camera.project(center);
+        if !(depth > 0.0) {
+            return None;
+        }
+        // The same picture, enlarged and moved so that the head fills it.
+        let [width, height] = [SIZE.width, SIZE.height].map(f64::from);
+        let zoom = FOCAL * width / DISTANCE / (camera.scale(depth) * frame.unit);
+        let zoomed = Camera {
+            focal_px: camera.focal_px * zoom,
+            center_px: [
+                width / 2.0 + (camera.center_px[0] - x) * zoom,
+                height / 2.0 + (camera.center_px[1] - y) * zoom,
+            ],
+            ..*camera
+        };
+        let (picture, depths) = self.drawn(&zoomed);
+        let found = detect(&picture).filter(|found| found.len() == known.len())?;
+        let found: Vec<DVec3> = found.into_iter().map(DVec3::from).collect();
+        let casts = self.cast(&zoomed, &depths, &steadied(&found));
+        let index = SurfaceIndex::new(self.mesh);
+        let landmarks = casts.into_iter().zip(known).map(|(cast, known)| {
+            let unseen = HeadLandmark { certainty: known.certainty * UNSEEN, ..*known };
+            let Some((point, weight)) = cast.filter(|(_, weight)| *weight > 1e-4) else {
+                return unseen;
+            };
+            let on_skin = |face: u32, _: [f64; 3]| self.is_skin(face);
+            match index.nearest(point.to_array(), 0.2 * frame.unit, on_skin) {
+                Some((at, _)) => {
+                    let certainty = known.certainty * (0.3 + 0.7 * weight.min(1.0));
+                    HeadLandmark { at, certainty }
+                }
+                None => unseen,
+            }
+        });
+        Some(landmarks.collect())
     }
 
     /// The place of the mesh at a pixel.
@@ -264,7 +318,7 @@ impl<'a> Drawing<'a> {
 
     /// The colour of a place.
     fn color(&self, at: &SurfacePoint) -> [f32; 3] {
-        if let Some(texture) = &self.texture {
+        if let Some(texture) = self.texture {
             let uv = self.mesh.uv_triangle(at.face as usize);
             let uv: [f32; 2] = std::array::from_fn(|axis| {
                 (0..3).map(|k| at.weights[k] as f32 * uv[k][axis]).sum()
@@ -320,6 +374,11 @@ pub(crate) fn normals(positions: &[[f32; 3]], faces: &[[u32; 3]]) -> Vec<DVec3> 
     }
     let whole = |position: &[f32; 3]| at_position[&position.map(|value| (value + 0.0).to_bits())];
     positions.iter().map(|position| whole(position).normalize_or_zero()).collect()
+}
+
+/// A texture as drawings read it: RGB, 8-bit sRGB.
+pub(crate) fn plain(texture: &Texture) -> Texture {
+    texture.clone().encoded_as(Encoding::Srgb).converted(Channels::Rgb, Depth::U8)
 }
 
 /// The bilinear mean of the texels around a UV coordinate.

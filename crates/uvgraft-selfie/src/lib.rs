@@ -31,7 +31,7 @@ mod tracked;
 
 pub use self::camera::Camera;
 pub use self::fit::{Fit, FittedPhoto, PhotoLandmarks};
-pub use self::head::{Head, HeadError};
+pub use self::head::{Head, HeadError, LandmarkDetector};
 pub use self::head_landmarks::{HeadLandmark, HeadLandmarkError};
 pub use self::light::Relight;
 pub use self::likeness::{Likeness, LikenessError};

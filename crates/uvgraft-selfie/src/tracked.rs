@@ -46,7 +46,7 @@ impl Fit {
             let posed: Vec<DVec3> = photo.posed.into_iter().map(moved).collect();
             let camera = in_space(&photo.camera, &head_from_world);
             let projected =
-                || head.landmark_points(&posed).into_iter().map(|at| camera.project(at));
+                || head.points_of(&head.landmarks, &posed).into_iter().map(|at| camera.project(at));
             let landmarks = photo.landmarks.unwrap_or_else(|| projected().collect());
             assert_eq!(landmarks.len(), head.landmarks.len(), "landmarks of a photograph");
             let mut distances: Vec<f64> = projected()

@@ -1,5 +1,7 @@
 //! From photographs to a fitted head and its texture.
 
+use std::sync::Arc;
+
 use uvgraft::{Area, Mesh, Size, Texture};
 use uvgraft_avatar::body::BodyModel;
 use uvgraft_selfie::landmarks::FaceNetworks;
@@ -53,8 +55,9 @@ impl Selfie {
         let GivenHead { mesh, name, flame } = given;
         let (head, photos) = rayon::join(
             || {
-                let detect = |drawing: &_| networks::of_drawing(&networks, drawing);
-                Head::new(mesh, None, networks.canonical(), &detect)
+                let of_drawings = networks.clone();
+                let detect = move |drawing: &Texture| networks::of_drawing(&of_drawings, drawing);
+                Head::new(mesh, None, networks.canonical(), Arc::new(detect))
             },
             || read(frames, &networks, args),
         );

@@ -1,6 +1,7 @@
 //! Heads and textures made of photographs by the code under test.
 
 use std::path::Path;
+use std::sync::Arc;
 
 use glam::{DMat3, DVec3};
 use uvgraft::{Mesh, Texture};
@@ -49,10 +50,12 @@ pub fn prepared(
     texture: Option<&Texture>,
     networks: &FaceNetworks,
 ) -> Result<Head, HeadError> {
-    Head::new(mesh, texture, networks.canonical(), &|drawing| {
-        let faces = networks.detect(drawing);
-        faces.first().map(|face| networks.landmarks(drawing, face).points)
-    })
+    let of_drawings = networks.clone();
+    let detect = move |drawing: &Texture| {
+        let faces = of_drawings.detect(drawing);
+        faces.first().map(|face| of_drawings.landmarks(drawing, face).points)
+    };
+    Head::new(mesh, texture, networks.canonical(), Arc::new(detect))
 }
 
 /// What a photograph tells of its head.
