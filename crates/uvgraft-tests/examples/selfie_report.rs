@@ -14,6 +14,8 @@
 //! The columns:
 //! - `n`: photographs;
 //! - `pose`: the largest error of a camera's rotation in degrees, in all and by axes of the picture;
+//! - `turn`: by how much the found shape is turned against the true one, in degrees; a camera that is
+//!   turned as much the other way sees the same;
 //! - `px`: median distance of landmarks from those of the fit, in pixels;
 //! - `PSNR`, `skin`: of what is known, with and without eyeballs, after one gain per channel, in
 //!   decibels, and both again with the true cameras and shape;
@@ -175,7 +177,7 @@ fn run(case: &Case, subject: &Subject, head: &Head, networks: &FaceNetworks, fol
     let seconds = start.elapsed().as_secs_f64();
     let ideal = Reconstruction::of_true_fit(head, &photographs, &found, &options);
     let (cells, again) = seen_again(&made, head, networks, &out);
-    println!("{}", row(case, subject, &photographs, [&made, &ideal], &again, seconds));
+    println!("{}", row(case, (head, subject), &photographs, [&made, &ideal], &again, seconds));
 
     let errors = [&made, &ideal].map(|made| error_map(subject, made.found()));
     write(&made.result.texture, &out.join("texture.png"));
@@ -212,13 +214,13 @@ fn photographed(
     (photographs, found)
 }
 
-const HEADING: &str = "case            n  pose (pitch   yaw  roll)    px |  PSNR  skin (true fit) known |  hair cloth \
+const HEADING: &str = "case            n  pose (pitch   yaw  roll)  turn    px |  PSNR  skin (true fit) known |  hair cloth \
                        glass  hidd. beside | again 0°/20°/35° |    s";
 
 /// A row below [`HEADING`].
 fn row(
     case: &Case,
-    subject: &Subject,
+    (head, subject): (&Head, &Subject),
     photographs: &[Photograph],
     [made, ideal]: [&Reconstruction; 2],
     again: &str,
@@ -230,6 +232,7 @@ fn row(
     let pose = poses.into_iter().max_by(|a, b| a.length().total_cmp(&b.length()));
     let pose = pose.unwrap_or_default();
     let residual = made.fit.photos.iter().map(|photo| photo.residual_px).fold(0.0, f64::max);
+    let turn = made.shape_turn_degrees(head);
     let beside = match photographs {
         [only] => format!("{:.2}", 100.0 * made.sampled_beside(subject, only, 0)),
         _ => "-".to_owned(),
@@ -237,7 +240,7 @@ fn row(
     let shares = [judged.hair, judged.cloth, judged.glasses, judged.hidden];
     let shares = shares.map(|share| format!("{:>6.2}", 100.0 * share)).concat();
     format!(
-        "{:<14} {:>2} {:>5.2} ({:>5.1} {:>5.1} {:>5.1}) {residual:>5.2} | {:>5.1} {:>5.1} ({:>4.1} {:>4.1}) \
+        "{:<14} {:>2} {:>5.2} ({:>5.1} {:>5.1} {:>5.1}) {turn:>5.1} {residual:>5.2} | {:>5.1} {:>5.1} ({:>4.1} {:>4.1}) \
          {:>6.1} |{shares}  {beside:>6} | {again:>15} | {seconds:>5.1}",
         case.name,
         photographs.len(),

@@ -4,6 +4,7 @@ use std::path::Path;
 use std::sync::Arc;
 
 use glam::{DMat3, DVec3};
+use uvgraft::correspond::similarity::Similarity;
 use uvgraft::{Mesh, Texture};
 use uvgraft_io::face_networks::import::{Imported, import};
 use uvgraft_selfie::landmarks::{FaceChoice, FaceError, FaceNetworks};
@@ -158,6 +159,26 @@ impl Reconstruction {
             pose_error_degrees(found, photograph.camera.rotation)
         };
         photographs.iter().zip(fitted).map(error).collect()
+    }
+
+    /// The angle in degrees by which the landmarks of the found shape are turned against those of the
+    /// true one. A camera that is turned as much sees the same.
+    pub fn shape_turn_degrees(&self, head: &Head) -> f64 {
+        let place = |index: usize, vertices: [usize; 3]| {
+            let weights = head.landmarks()[index].at.weights;
+            let at = |k: usize| {
+                let rest = head.mesh().positions()[vertices[k]].map(f64::from);
+                [DVec3::from(rest), self.fit.shaped[vertices[k]]].map(|at| at * weights[k])
+            };
+            (0..3).map(at).fold([DVec3::ZERO; 2], |[a, b], [c, d]| [a + c, b + d])
+        };
+        let corners = |face: u32| head.mesh().faces()[face as usize].map(|vertex| vertex as usize);
+        let landmarks = head.landmarks().iter().enumerate();
+        let certain = landmarks.filter(|(_, landmark)| landmark.certainty > 0.5);
+        let pairs: Vec<[DVec3; 2]> =
+            certain.map(|(index, landmark)| place(index, corners(landmark.at.face))).collect();
+        Similarity::between(&pairs, &vec![1.0; pairs.len()], true)
+            .map_or(f64::NAN, |turn| pose_error_degrees(turn.rotation, DMat3::IDENTITY).length())
     }
 
     /// Compares the result with what was photographed.
