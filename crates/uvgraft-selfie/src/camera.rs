@@ -127,7 +127,7 @@ impl Camera {
         weights: &[f64],
     ) -> Option<SVector<f64, 6>> {
         /// The weight of a pixel of depth beside one in the image.
-        const DEPTH: f64 = 0.002;
+        const DEPTH: f64 = 0.0;
         let total = weights.iter().sum::<f64>().max(f64::MIN_POSITIVE);
         let mean = |values: &mut dyn Iterator<Item = f64>| {
             values.zip(weights).map(|(value, weight)| value * weight).sum::<f64>() / total

@@ -74,7 +74,7 @@ fn neutralise(head: &Head, places: &mut [FieldValue]) {
 }
 
 /// Rounds of finding cameras and shape in turn.
-const ROUNDS: usize = 4;
+const ROUNDS: usize = 1;
 
 /// How far relative depths are believed, as a weight beside 1 for what is seen in the image: the
 /// network guesses them.
@@ -108,13 +108,11 @@ impl Fit {
         let hold = held_still(head);
         let mut shaped = rest.clone();
         for _ in 0..ROUNDS {
-            views.iter_mut().for_each(|view| view.refine(head, &shaped));
             let mut places = places(head, &views, &shaped, &rest);
             neutralise(head, &mut places);
             shaped = bent(head, &rest, SHAPE, &hold, &places)?;
         }
         let fitted = views.iter_mut().zip(photos).map(|(view, given)| {
-            view.refine(head, &shaped);
             let mut places = places(head, std::slice::from_ref(view), &shaped, &shaped);
             for (place, landmark) in places.iter_mut().zip(&view.landmarks) {
                 place.at = landmark.at;
@@ -144,7 +142,7 @@ struct View {
 impl View {
     fn new(head: &Head, rest: &[DVec3], photo: &PhotoLandmarks) -> Option<Self> {
         /// How often the head is drawn from the side that the last drawing told.
-        const DRAWINGS: usize = 2;
+        const DRAWINGS: usize = 4;
         assert_eq!(photo.points.len(), head.landmarks.len(), "landmarks of a photograph");
         let photo = photo.steadied();
         let used: Vec<usize> =
@@ -165,7 +163,9 @@ impl View {
 
     /// Adjusts the camera to a shape.
     fn refine(&mut self, head: &Head, positions: &[DVec3]) {
-        let certain: Vec<f64> = self.landmarks.iter().map(|landmark| landmark.certainty).collect();
+        // Whatever is known well enough counts alike, or one side of a face would outweigh the other.
+        let certain = self.landmarks.iter().map(|landmark| (10.0 * landmark.certainty).min(1.0));
+        let certain: Vec<f64> = certain.collect();
         let points = head.points_of(&self.landmarks, positions);
         self.camera.refine(&points, &self.photo.points, &certain);
     }

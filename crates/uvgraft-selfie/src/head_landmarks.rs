@@ -309,8 +309,8 @@ impl<'a> Drawing<'a> {
         };
         let corners = self.mesh.faces()[at.face as usize].map(|vertex| vertex as usize);
         let normal: DVec3 = (0..3).map(|k| self.normals[corners[k]] * at.weights[k]).sum();
-        // From above and the viewer's left, a little in front.
-        let light = DVec3::new(-0.3, -0.45, -0.84);
+        // From above and in front, so that neither side looks different.
+        let light = DVec3::new(0.0, -0.42, -0.9075);
         let facing = (camera.rotation * normal.normalize_or_zero()).dot(light).max(0.0);
         let light = 0.4 + 0.6 * facing;
         self.color(&at).map(|value| (255.0 * f64::from(value) * light).clamp(0.0, 255.0) as u8)

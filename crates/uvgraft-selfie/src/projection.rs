@@ -26,9 +26,10 @@ const DEPTH_SIDE: f64 = 1400.0;
 /// known fully.
 const FACING: [f64; 2] = [0.12, 0.42];
 
-/// Distances in eye distances: how far behind the nearest surface a texel may be and still be that
-/// surface, and how far from the head's silhouette and from steps of depth within it a texel must
+/// Distances in eye distances: how far behind what is seen a texel may be (lids are thin), how far
+/// apart pixels of one surface may be, and how far from the head's silhouette and from steps of depth within it a texel must
 /// be. Fits are off by some pixels, and beside the silhouette is the background.
+const HIDDEN: f64 = 0.02;
 const SAME_SURFACE: f64 = 0.06;
 const FROM_SILHOUETTE: f64 = 0.05;
 const FROM_STEP: f64 = 0.015;
@@ -128,7 +129,7 @@ pub(crate) fn project(
         let cosine = (eye - point).normalize().dot(normal);
         let facing = smoothstep_f64(FACING[0], FACING[1], cosine);
         let [x, y, _] = camera.project(point);
-        let seen = (facing * sight.clearness(point)) as f32;
+        let seen = (facing * sight.clearness(point, cosine)) as f32;
         Some([seen, cosine.max(0.0) as f32, x as f32, y as f32])
     };
     let values = map_indices(texels.size().texels(), |texel| of_texel(texel).unwrap_or([0.0; 4]));
@@ -211,7 +212,9 @@ struct Sight<'a> {
 impl Sight<'_> {
     /// How clearly a point is seen: not hidden, and away from silhouettes and from what is in front
     /// of it, where a photograph shows a mixture.
-    fn clearness(&self, point: DVec3) -> f64 {
+    ///
+    /// - `cosine`: between the normal and the line of sight.
+    fn clearness(&self, point: DVec3, cosine: f64) -> f64 {
         /// Directions in which steps of depth are looked for.
         const AROUND: [[f64; 2]; 8] = [
             [1.0, 0.0],
@@ -230,7 +233,10 @@ impl Sight<'_> {
             f64::from(self.depths.depth((at[0] + dx).floor() as i64, (at[1] + dy).floor() as i64))
         };
         let hidden = depth - nearest(0.0, 0.0);
-        if hidden > SAME_SURFACE * unit {
+        // A steep surface is farther away at one side of a pixel than at the other.
+        let pixel = 1.0 / (self.camera.scale(depth) * self.scale);
+        let steepness = (1.0 - cosine * cosine).max(0.0).sqrt() / cosine.max(0.05);
+        if hidden > HIDDEN * unit + pixel * steepness {
             return 0.0;
         }
         let per_unit = unit * self.camera.scale(depth);
