@@ -15,6 +15,9 @@ use crate::raster::{bilinear, blurred};
 /// Smoothness of colours that spread over the surface, in eye distances.
 const SPREAD: Smoothness = Smoothness { bending: 0.02, membrane: 0.5 };
 
+/// Texels at the edge of what is known are not quite skin.
+const CERTAIN: f32 = 0.8;
+
 /// The inside of the mouth, which photographs show by chance.
 const MOUTH: [f32; 3] = [0.34, 0.13, 0.12];
 
@@ -42,6 +45,7 @@ impl<'a> Completion<'a> {
     ) -> Vec<[f32; 3]> {
         let size = self.texels.size();
         let Some(tones) = self.tones(&colors, known) else { return colors };
+        let lips = self.median_of(&[Area::Lips], &colors, known);
         let mirror = Mirror::new(self.head);
         let packed: Vec<[f32; 4]> = colors
             .iter()
@@ -50,6 +54,7 @@ impl<'a> Completion<'a> {
             .collect();
         drop(colors);
         let on_scalp = self.head.anatomy.area(Area::Scalp);
+        let on_lips = self.head.anatomy.area(Area::Lips);
         let in_mouth = self.head.anatomy.area(Area::MouthInterior);
         map_indices(size.texels(), |texel| {
             let [r, g, b, known] = packed[texel];
@@ -62,7 +67,13 @@ impl<'a> Completion<'a> {
                 (0..3).map(|c| place.weights[c] as f32 * on_scalp[corners[c] as usize]).sum();
             let mouth: f32 =
                 (0..3).map(|c| place.weights[c] as f32 * in_mouth[corners[c] as usize]).sum();
-            let mut filled = mixed(tone, MOUTH, smoothstep(0.4, 0.8, mouth));
+            let lip: f32 =
+                (0..3).map(|c| place.weights[c] as f32 * on_lips[corners[c] as usize]).sum();
+            let mut filled = match lips {
+                Some(lips) => mixed(tone, lips, smoothstep(0.3, 0.7, lip)),
+                None => tone,
+            };
+            filled = mixed(filled, MOUTH, smoothstep(0.4, 0.8, mouth));
             if let Some(hair) = scalp {
                 let share = smoothstep(0.15, 0.85, share) * (1.0 - mouth);
                 filled = std::array::from_fn(|k| filled[k] + (hair[k] - filled[k]) * share);
@@ -106,8 +117,6 @@ impl<'a> Completion<'a> {
 
     /// `[vertices]`: the colour of skin at each, from texels that are known, spread over the rest.
     fn tones(&self, colors: &[[f32; 3]], known: &[f32]) -> Option<Vec<[f64; 3]>> {
-        /// Texels at the edge of what is known are not quite skin.
-        const CERTAIN: f32 = 0.8;
         /// Weights of what is known and of plain skin elsewhere, beside the field's smoothness.
         const KNOWN: f64 = 10.0;
         const PLAIN: f64 = 0.3;
@@ -146,29 +155,40 @@ impl<'a> Completion<'a> {
 
     /// The median colour of the cheeks and the nose, or of all that is known if they are not.
     fn plain_skin(&self, colors: &[[f32; 3]], known: &[f32]) -> Option<DVec3> {
-        const CERTAIN: f32 = 0.8;
-        const FEWEST: usize = 200;
-        let areas = [Area::Cheeks, Area::Nose].map(|area| self.head.anatomy.area(area));
-        let is_plain = |face: u32| {
-            let corners = self.head.mesh.faces()[face as usize];
-            areas.iter().any(|area| corners.iter().all(|&vertex| area[vertex as usize] > 0.6))
-        };
-        let median = |texels: Vec<usize>| {
-            DVec3::from_array(std::array::from_fn(|k| {
-                let mut values: Vec<f32> = texels.iter().map(|&texel| colors[texel][k]).collect();
-                let middle = values.len() / 2;
-                f64::from(*values.select_nth_unstable_by(middle, f32::total_cmp).1)
-            }))
-        };
-        let certain = || (0..known.len()).filter(|&texel| known[texel] > CERTAIN);
-        let of_skin: Vec<usize> =
-            certain().filter(|&texel| self.texels.face(texel).is_some_and(is_plain)).collect();
-        if of_skin.len() >= FEWEST {
-            return Some(median(of_skin));
-        }
-        let all: Vec<usize> = certain().collect();
-        (!all.is_empty()).then(|| median(all))
+        let plain = self.median_of(&[Area::Cheeks, Area::Nose], colors, known);
+        let color = plain.or_else(|| {
+            let certain = (0..known.len()).filter(|&texel| known[texel] > CERTAIN);
+            median(colors, &certain.collect::<Vec<_>>())
+        })?;
+        Some(DVec3::from(color.map(f64::from)))
     }
+
+    /// The median colour of what is known of some areas; `None` of too little.
+    fn median_of(&self, areas: &[Area], colors: &[[f32; 3]], known: &[f32]) -> Option<[f32; 3]> {
+        const FEWEST: usize = 200;
+        let is_within = |face: u32| {
+            let corners = self.head.mesh.faces()[face as usize];
+            areas.iter().any(|&area| {
+                let weights = self.head.anatomy.area(area);
+                corners.iter().all(|&vertex| weights[vertex as usize] > 0.6)
+            })
+        };
+        let certain = (0..known.len()).filter(|&texel| known[texel] > CERTAIN);
+        let texels: Vec<usize> =
+            certain.filter(|&texel| self.texels.face(texel).is_some_and(is_within)).collect();
+        if texels.len() < FEWEST { None } else { median(colors, &texels) }
+    }
+}
+
+/// The median of each channel of some texels; `None` of none.
+fn median(colors: &[[f32; 3]], texels: &[usize]) -> Option<[f32; 3]> {
+    (!texels.is_empty()).then(|| {
+        std::array::from_fn(|k| {
+            let mut values: Vec<f32> = texels.iter().map(|&texel| colors[texel][k]).collect();
+            let middle = values.len() / 2;
+            *values.select_nth_unstable_by(middle, f32::total_cmp).1
+        })
+    })
 }
 
 fn mixed(one: [f32; 3], other: [f32; 3], share: f32) -> [f32; 3] {

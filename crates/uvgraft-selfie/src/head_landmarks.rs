@@ -267,7 +267,11 @@ impl<'a> Drawing<'a> {
         let found: Vec<DVec3> = found.into_iter().map(DVec3::from).collect();
         let casts = self.cast(&zoomed, &depths, &steadied(&found));
         let index = SurfaceIndex::new(self.mesh);
-        let landmarks = casts.into_iter().zip(known).map(|(cast, known)| {
+        let landmarks = casts.into_iter().zip(known).enumerate().map(|(at, (cast, known))| {
+            // Which of two lips that touch a single drawing hits is a matter of luck.
+            if LIPS_INNER.contains(&at) {
+                return *known;
+            }
             let unseen = HeadLandmark { certainty: known.certainty * UNSEEN, ..*known };
             let Some((point, weight)) = cast.filter(|(_, weight)| *weight > 1e-4) else {
                 return unseen;

@@ -90,14 +90,12 @@ pub fn textured(
     let bytes = |value: f32| (value.clamp(0.0, 1.0) * 255.0 + 0.5) as u8;
     let colors = Texels::U8(completed.iter().flat_map(|color| color.map(bytes)).collect());
     let known = Texels::U8(known.iter().map(|&known| bytes(known)).collect());
+    let known = Texture::new(options.size, Channels::Grey, Encoding::Data, known)?;
     let mut texture = Texture::new(options.size, Channels::Rgb, Encoding::Srgb, colors)?;
     let eyes: Vec<&[u32]> =
         head.components.eyeballs.iter().map(|ball| ball.vertices.as_slice()).collect();
-    clean_head(&head.mesh, &eyes, &mut texture);
-    Ok(SelfieTexture {
-        texture,
-        known: Texture::new(options.size, Channels::Grey, Encoding::Data, known)?,
-    })
+    clean_head(&head.mesh, &eyes, &mut texture, |x, y| known.get(x, y, 0) > 0.5);
+    Ok(SelfieTexture { texture, known })
 }
 
 /// The photographs, those that see the face from the front first.

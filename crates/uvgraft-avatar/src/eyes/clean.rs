@@ -46,14 +46,20 @@ pub fn clean(avatar: &Avatar, texture: &mut Texture) -> CleanedEyes {
     let bones = [HumanBone::LeftEye, HumanBone::RightEye];
     let eyeballs: Vec<Eyeball> =
         bones.into_iter().flat_map(|bone| eyeballs(avatar, bone, &pieces)).collect();
-    paint(&avatar.mesh, &pieces, &eyeballs, texture)
+    paint(&avatar.mesh, &pieces, &eyeballs, texture, |_, _| true)
 }
 
 /// As [`clean`], for the eyes of a head that looks along z with y up.
 ///
 /// - `eyes`: vertices of each eyeball, which must be a connected component of the mesh; those that
 ///   are not round are not painted.
-pub fn clean_head(mesh: &Mesh, eyes: &[&[u32]], texture: &mut Texture) -> CleanedEyes {
+/// - `is_seen`: whether a texel, by column and row, shows the eye; others say nothing of its colour.
+pub fn clean_head(
+    mesh: &Mesh,
+    eyes: &[&[u32]],
+    texture: &mut Texture,
+    is_seen: impl Fn(u32, u32) -> bool,
+) -> CleanedEyes {
     let pieces = pieces(mesh);
     let eyeball = |vertices: &&[u32]| {
         let points: Vec<Vec3> =
@@ -63,11 +69,17 @@ pub fn clean_head(mesh: &Mesh, eyes: &[&[u32]], texture: &mut Texture) -> Cleane
         Some(Eyeball { piece, vertices: vertices.to_vec(), center, radius })
     };
     let eyeballs: Vec<Eyeball> = eyes.iter().filter_map(eyeball).collect();
-    paint(mesh, &pieces, &eyeballs, texture)
+    paint(mesh, &pieces, &eyeballs, texture, is_seen)
 }
 
 /// - `pieces`: of [`pieces()`].
-fn paint(mesh: &Mesh, pieces: &[u32], eyeballs: &[Eyeball], texture: &mut Texture) -> CleanedEyes {
+fn paint(
+    mesh: &Mesh,
+    pieces: &[u32],
+    eyeballs: &[Eyeball],
+    texture: &mut Texture,
+    is_seen: impl Fn(u32, u32) -> bool,
+) -> CleanedEyes {
     let eyes: Vec<(Gaze, Vec<usize>)> = eyeballs
         .iter()
         .map(|eyeball| {
@@ -82,7 +94,9 @@ fn paint(mesh: &Mesh, pieces: &[u32], eyeballs: &[Eyeball], texture: &mut Textur
         .map(|(gaze, faces)| {
             let mut samples = Vec::new();
             texels::each(mesh, faces, size, 0, |x, y, point| {
-                samples.push(sample(gaze, point, srgb(texture, x, y)));
+                if is_seen(x, y) {
+                    samples.push(sample(gaze, point, srgb(texture, x, y)));
+                }
             });
             samples
         })
