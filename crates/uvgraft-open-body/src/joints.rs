@@ -68,7 +68,7 @@ pub(crate) fn all() -> Vec<JointBones> {
             "toes" => {
                 joints.extend(["L", "R"].map(|side| {
                     (1..=5).map(|toe| format!("toe{toe}-1.{side}")).collect::<Vec<_>>()
-                }))
+                }));
             }
             _ if bone.ends_with('.') => {
                 joints.extend(["L", "R"].map(|side| vec![format!("{bone}{side}")]));

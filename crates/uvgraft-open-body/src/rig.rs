@@ -84,7 +84,7 @@ impl Rig {
         }
         for (name, weights) in &self.weights {
             let is_wrong = |&(at, weight): &(u32, f32)| {
-                at as usize >= base.positions.len() || !(weight >= 0.0)
+                at as usize >= base.positions.len() || weight.is_nan() || weight < 0.0
             };
             if weights.iter().any(is_wrong) {
                 let problem = format!("bone `{name}`: must have weights of at least 0");

@@ -92,10 +92,10 @@ impl Camera {
     }
 
     /// Adjusts the pose to landmarks by Gauss–Newton steps with Huber's weights, which leave
-    /// landmarks that expressions move where they are.
+    /// landmarks that expressions move where they are. Depths have no say: what networks tell of
+    /// them differs from real faces by more than a tilt of the head changes the image.
     ///
-    /// - `landmarks`: as in [`Camera::of_landmarks`]. Depths count little, but tell a face that is
-    ///   tilted from one with a long nose.
+    /// - `landmarks`: as in [`Camera::of_landmarks`].
     /// - `weights`: how much each counts.
     pub fn refine(&mut self, points: &[DVec3], landmarks: &[[f64; 3]], weights: &[f64]) {
         const STEPS: usize = 20;
@@ -126,28 +126,15 @@ impl Camera {
         landmarks: &[[f64; 3]],
         weights: &[f64],
     ) -> Option<SVector<f64, 6>> {
-        /// The weight of a pixel of depth beside one in the image.
-        const DEPTH: f64 = 0.0;
-        let total = weights.iter().sum::<f64>().max(f64::MIN_POSITIVE);
-        let mean = |values: &mut dyn Iterator<Item = f64>| {
-            values.zip(weights).map(|(value, weight)| value * weight).sum::<f64>() / total
-        };
-        let distance = mean(&mut points.iter().map(|&point| self.view(point).z));
-        let depth = mean(&mut landmarks.iter().map(|landmark| landmark[2]));
-        if !(distance > 0.0) {
-            return None;
-        }
-        let scale = self.focal_px / distance;
-        let residuals: Vec<[f64; 3]> = points
+        let residuals: Vec<[f64; 2]> = points
             .iter()
             .zip(landmarks)
             .map(|(&point, landmark)| {
-                let [x, y, z] = self.project(point);
-                let off = landmark[2] - depth - (z - distance) * scale;
-                [landmark[0] - x, landmark[1] - y, off]
+                let [x, y, _] = self.project(point);
+                [landmark[0] - x, landmark[1] - y]
             })
             .collect();
-        let mut sizes: Vec<f64> = residuals.iter().map(|[x, y, _]| x.hypot(*y)).collect();
+        let mut sizes: Vec<f64> = residuals.iter().map(|[x, y]| x.hypot(*y)).collect();
         let middle = sizes.len() / 2;
         let limit = *sizes.clone().select_nth_unstable_by(middle, f64::total_cmp).1;
         let limit = (1.5 * limit).max(1e-6);
@@ -163,22 +150,16 @@ impl Camera {
                 continue;
             }
             let f = self.focal_px / at.z;
-            // Image coordinates by the point in the camera's space, and that by the pose. The depth
-            // of the whole head is not known, so it has no part in the translation.
-            let by_point = [
-                (DVec3::new(f, 0.0, -f * at.x / at.z), 1.0, 1.0),
-                (DVec3::new(0.0, f, -f * at.y / at.z), 1.0, 1.0),
-                (DVec3::new(0.0, 0.0, scale), 0.0, DEPTH),
-            ];
-            for ((by_point, moves, share), error) in by_point.into_iter().zip(residual) {
+            // Image coordinates by the point in the camera's space, and that by the pose.
+            let by_point =
+                [DVec3::new(f, 0.0, -f * at.x / at.z), DVec3::new(0.0, f, -f * at.y / at.z)];
+            for (by_point, error) in by_point.into_iter().zip(residual) {
                 let by_turn = turned.cross(by_point);
-                let by_move = by_point * moves;
                 let row = SVector::<f64, 6>::from_column_slice(&[
-                    by_turn.x, by_turn.y, by_turn.z, by_move.x, by_move.y, by_move.z,
+                    by_turn.x, by_turn.y, by_turn.z, by_point.x, by_point.y, by_point.z,
                 ]);
-                let weight = weight * huber * share;
-                normal += row * row.transpose() * weight;
-                right += row * (error * weight);
+                normal += row * row.transpose() * (weight * huber);
+                right += row * (error * weight * huber);
             }
         }
         Some(normal.cholesky()?.solve(&right))

@@ -1,8 +1,10 @@
 //! Cameras and the shape of a head from the landmarks of photographs.
 //!
-//! Cameras and shape are found in turn. For the cameras of one shape, each landmark has a place
-//! that all photographs together put it at: along the image plane as seen, along the line of sight
-//! as far as depths can be believed. The head's surface is bent to these places, smoothly (see
+//! Cameras come first, from landmarks on the head at rest as they are found when it is drawn from the
+//! photograph's side, and stay: adjusting them to the shape and the shape to them in turn, both drift,
+//! since a nod and a shorter face look alike. Each landmark then has a place that all photographs
+//! together put it at: along the image plane as seen, along the line of sight as far as depths can be
+//! believed. The head's surface is bent to these places, smoothly (see
 //! [`SurfaceField`](uvgraft::surface_field)), and everything loose in it moves along. What a single
 //! photograph shows beyond the common shape is its expression.
 
@@ -73,9 +75,6 @@ fn neutralise(head: &Head, places: &mut [FieldValue]) {
     }
 }
 
-/// Rounds of finding cameras and shape in turn.
-const ROUNDS: usize = 1;
-
 /// How far relative depths are believed, as a weight beside 1 for what is seen in the image: the
 /// network guesses them.
 const DEPTH_TRUST: f64 = 0.1;
@@ -101,19 +100,16 @@ impl Fit {
     /// If a photograph has another number of landmarks than the head.
     pub fn new(head: &Head, photos: &[PhotoLandmarks]) -> Option<Self> {
         let rest = head.positions();
-        let mut views = photos
+        let views = photos
             .iter()
             .map(|photo| View::new(head, &rest, photo))
             .collect::<Option<Vec<View>>>()?;
         let hold = held_still(head);
-        let mut shaped = rest.clone();
-        for _ in 0..ROUNDS {
-            let mut places = places(head, &views, &shaped, &rest);
-            neutralise(head, &mut places);
-            shaped = bent(head, &rest, SHAPE, &hold, &places)?;
-        }
-        let fitted = views.iter_mut().zip(photos).map(|(view, given)| {
-            let mut places = places(head, std::slice::from_ref(view), &shaped, &shaped);
+        let mut places = self::places(head, &views, &rest, &rest);
+        neutralise(head, &mut places);
+        let shaped = bent(head, &rest, SHAPE, &hold, &places)?;
+        let fitted = views.iter().zip(photos).map(|(view, given)| {
+            let mut places = self::places(head, std::slice::from_ref(view), &shaped, &shaped);
             for (place, landmark) in places.iter_mut().zip(&view.landmarks) {
                 place.at = landmark.at;
             }

@@ -149,7 +149,7 @@ impl<'a> Drawing<'a> {
     ) -> Result<Vec<HeadLandmark>, HeadLandmarkError> {
         const NEEDED: usize = 3;
         let found: Vec<Vec<Cast>> = map_indices(SIDES.len(), |side| {
-            let (picture, camera, depths) = self.from_side(SIDES[side]);
+            let (picture, camera, depths) = self.at_side(SIDES[side]);
             let landmarks = detect(&picture).filter(|found| found.len() == mates.len())?;
             let landmarks: Vec<DVec3> = landmarks.into_iter().map(DVec3::from).collect();
             Some(self.cast(&camera, &depths, &steadied(&landmarks)))
@@ -198,7 +198,7 @@ impl<'a> Drawing<'a> {
         self.components.of_vertex[vertex as usize] == self.components.skin
     }
 
-    fn from_side(&self, [yaw, pitch]: [f64; 2]) -> (Texture, Camera, DepthMap) {
+    fn at_side(&self, [yaw, pitch]: [f64; 2]) -> (Texture, Camera, DepthMap) {
         let frame = self.anatomy.frame();
         let [left, up, forward] = frame.axes.map(DVec3::from);
         // Looking at the face, the person's left is to the right.
@@ -248,7 +248,7 @@ impl<'a> Drawing<'a> {
         let frame = self.anatomy.frame();
         let center = DVec3::from(frame.world([0.0, -0.5, 0.0]));
         let [x, y, depth] = camera.project(center);
-        if !(depth > 0.0) {
+        if depth.is_nan() || depth <= 0.0 {
             return None;
         }
         // The same picture, enlarged and moved so that the head fills it.

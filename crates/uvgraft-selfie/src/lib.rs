@@ -16,6 +16,7 @@ mod fit;
 mod fusion;
 mod head;
 mod head_landmarks;
+mod iris;
 pub mod landmarks;
 mod layout_texels;
 pub mod light;

@@ -1,5 +1,7 @@
 //! Outlines of the parts of a face in a photograph, from its landmarks.
 
+use uvgraft::Size;
+
 use crate::landmarks::regions::{
     CHIN, FACE_OVAL, FOREHEAD, LEFT_BROW, LEFT_EYE, LIPS_INNER, LIPS_OUTER, RIGHT_BROW, RIGHT_EYE,
 };
@@ -23,6 +25,19 @@ impl Outline {
             bounds = [bounds[0].min(x), bounds[1].min(y), bounds[2].max(x), bounds[3].max(y)];
         }
         Self { points, bounds }
+    }
+
+    /// The centres of the pixels in the outline's bounding box, within a photograph.
+    pub fn pixels(&self, size: Size) -> impl Iterator<Item = [f64; 2]> + use<> {
+        let [left, top, right, bottom] = self.bounds;
+        let range = |from: f64, to: f64, side: u32| {
+            let limit = |at: f64| at.clamp(0.0, f64::from(side)) as u32;
+            limit(from.floor())..limit(to.ceil())
+        };
+        let (columns, rows) = (range(left, right, size.width), range(top, bottom, size.height));
+        rows.flat_map(move |y| {
+            columns.clone().map(move |x| [f64::from(x) + 0.5, f64::from(y) + 0.5])
+        })
     }
 
     /// How far a pixel is inside (positive) or outside, up to `reach`; farther out it is `-reach`.

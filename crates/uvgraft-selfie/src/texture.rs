@@ -13,6 +13,7 @@ use crate::fit::{Fit, FittedPhoto};
 use crate::fusion::{Fusion, Layer};
 use crate::head::Head;
 use crate::head_landmarks::normals;
+use crate::iris::iris_color;
 use crate::layout_texels::LayoutTexels;
 use crate::light::{Light, Relight, SkinSample};
 use crate::outline::FaceOutlines;
@@ -77,12 +78,17 @@ pub fn textured(
     let labeller = Labeller::new(&head.mesh)?;
     let mut fusion = Fusion::new(options.size);
     let mut scalps = Vec::new();
+    let mut iris = None;
     for index in by_frontality(head, fit) {
         let fitted = &fit.photos[index];
         let seen = project(head, &texels, &photos[index], &fitted.camera, &fitted.posed)?;
         let labels = labelled(&labeller, &seen, options.size);
         let (layer, scalp) = layer(head, &texels, seen, labels.as_ref(), fitted, options.relight);
         fusion.add(layer);
+        iris = iris.or_else(|| {
+            let outlines = FaceOutlines::new(&fitted.landmarks);
+            iris_color(&photos[index], &outlines, unit_px(head, fitted))
+        });
         scalps.extend(scalp);
     }
     let (colors, known) = fusion.finish();
@@ -94,7 +100,7 @@ pub fn textured(
     let mut texture = Texture::new(options.size, Channels::Rgb, Encoding::Srgb, colors)?;
     let eyes: Vec<&[u32]> =
         head.components.eyeballs.iter().map(|ball| ball.vertices.as_slice()).collect();
-    clean_head(&head.mesh, &eyes, &mut texture, |x, y| known.get(x, y, 0) > 0.5);
+    clean_head(&head.mesh, &eyes, &mut texture, |x, y| known.get(x, y, 0) > 0.5, iris);
     Ok(SelfieTexture { texture, known })
 }
 
@@ -147,7 +153,6 @@ fn layer(
             _ => color,
         }
     });
-    let middle = photo.camera.view(DVec3::from(head.anatomy.frame().origin));
     let frame = head.anatomy.frame();
     let height = |position: &[f32; 3]| frame.local(position.map(f64::from))[1] as f32;
     let heights: Vec<f32> = head.mesh.positions().iter().map(height).collect();
@@ -158,13 +163,19 @@ fn layer(
         seen: &seen.seen,
         px: &seen.px,
         outlines: &FaceOutlines::new(&photo.landmarks),
-        unit_px: photo.camera.scale(middle.z) * head.unit(),
+        unit_px: unit_px(head, photo),
         labels,
         heights: &heights,
     };
     let Segmentation { face, scalp } = evidence.segment();
     let known = seen.seen.iter().zip(face).map(|(seen, face)| seen * face).collect();
     (Layer { colors, known, facing: seen.facing }, scalp)
+}
+
+/// The distance between the eyes in a photograph, in pixels.
+fn unit_px(head: &Head, photo: &FittedPhoto) -> f64 {
+    let middle = photo.camera.view(DVec3::from(head.anatomy.frame().origin));
+    photo.camera.scale(middle.z) * head.unit()
 }
 
 fn unit_color(color: [u8; 3]) -> [f32; 3] {

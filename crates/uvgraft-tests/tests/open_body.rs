@@ -1,5 +1,7 @@
 //! The open body, imported from the real wheel.
 
+#![allow(clippy::unwrap_used, reason = "a failed unwrap is a failed test")]
+
 use std::collections::BTreeMap;
 use std::fs;
 use std::io::{Cursor, Read};

@@ -46,7 +46,7 @@ pub fn clean(avatar: &Avatar, texture: &mut Texture) -> CleanedEyes {
     let bones = [HumanBone::LeftEye, HumanBone::RightEye];
     let eyeballs: Vec<Eyeball> =
         bones.into_iter().flat_map(|bone| eyeballs(avatar, bone, &pieces)).collect();
-    paint(&avatar.mesh, &pieces, &eyeballs, texture, |_, _| true)
+    paint(&avatar.mesh, &pieces, &eyeballs, texture, |_, _| true, None)
 }
 
 /// As [`clean`], for the eyes of a head that looks along z with y up.
@@ -54,11 +54,14 @@ pub fn clean(avatar: &Avatar, texture: &mut Texture) -> CleanedEyes {
 /// - `eyes`: vertices of each eyeball, which must be a connected component of the mesh; those that
 ///   are not round are not painted.
 /// - `is_seen`: whether a texel, by column and row, shows the eye; others say nothing of its colour.
+/// - `iris`: the colour of both irises (sRGB, 1.0 for white), if it is known better than the texture
+///   shows it.
 pub fn clean_head(
     mesh: &Mesh,
     eyes: &[&[u32]],
     texture: &mut Texture,
     is_seen: impl Fn(u32, u32) -> bool,
+    iris: Option<[f32; 3]>,
 ) -> CleanedEyes {
     let pieces = pieces(mesh);
     let eyeball = |vertices: &&[u32]| {
@@ -69,7 +72,7 @@ pub fn clean_head(
         Some(Eyeball { piece, vertices: vertices.to_vec(), center, radius })
     };
     let eyeballs: Vec<Eyeball> = eyes.iter().filter_map(eyeball).collect();
-    paint(mesh, &pieces, &eyeballs, texture, is_seen)
+    paint(mesh, &pieces, &eyeballs, texture, is_seen, iris)
 }
 
 /// - `pieces`: of [`pieces()`].
@@ -79,6 +82,7 @@ fn paint(
     eyeballs: &[Eyeball],
     texture: &mut Texture,
     is_seen: impl Fn(u32, u32) -> bool,
+    iris: Option<[f32; 3]>,
 ) -> CleanedEyes {
     let eyes: Vec<(Gaze, Vec<usize>)> = eyeballs
         .iter()
@@ -101,7 +105,10 @@ fn paint(
             samples
         })
         .collect();
-    let irises = irises(&samples);
+    let irises = match iris {
+        Some(color) => vec![Iris { color, is_found: true }; eyes.len()],
+        None => irises(&samples),
+    };
     let light = white(&samples).map_or(1.0, |seen| (1.15 * seen / WHITE).clamp(DARKEST, 1.0));
     let gutter = ((ChartRect::GUTTER * size.width.max(size.height) as f32) as u32).max(1);
     for (seed, ((gaze, faces), iris)) in (0..).zip(eyes.iter().zip(&irises)) {

@@ -220,13 +220,15 @@ mod tests {
 
     #[test]
     fn bases_are_told_by_their_roles() {
-        let parse =
-            |texts: &[&str]| Bases::parse(&texts.iter().map(|&t| t.to_owned()).collect::<Vec<_>>());
+        let owned = |texts: &[&str]| texts.iter().map(|&t| t.to_owned()).collect::<Vec<_>>();
+        let parse = |texts: &[&str]| Bases::parse(&owned(texts), true);
         let bases = parse(&["normal=n.png", "a=b.png", "ORM=#ff8000"]).unwrap();
-        assert_eq!(bases.color, BaseSource::Image("a=b.png".into()));
+        assert_eq!(bases.color, Some(BaseSource::Image("a=b.png".into())));
         assert_eq!(bases.maps[0], (MapRole::Normal, BaseSource::Image("n.png".into())));
         assert_eq!(bases.maps[1].0, MapRole::Orm);
         assert!(parse(&["normal=n.png"]).is_err() && parse(&["a.png", "b.png"]).is_err());
         assert!(parse(&["a.png", "ao=n.png", "occlusion=n.png"]).is_err());
+        let maps_alone = Bases::parse(&owned(&["normal=n.png"]), false).unwrap();
+        assert_eq!(maps_alone.color, None);
     }
 }

@@ -1,0 +1,89 @@
+//! The colour of the irises in a photograph.
+
+use uvgraft::Texture;
+
+use crate::outline::{FaceOutlines, Outline};
+
+/// Radius of an iris, in distances between the eyes: 5.9 of 63 mm.
+const RADIUS: f64 = 0.093;
+
+/// Between the pupil and the dark ring at the edge, in radii.
+const RING: [f64; 2] = [0.42, 0.85];
+
+/// Fewest pixels of the ring.
+const FEWEST: usize = 8;
+
+/// The mean colour of both irises as a photograph shows them, sRGB with 1.0 for white; `None` if the
+/// eyes are closed, too small, or hardly darker than their white.
+///
+/// - `unit_px`: the distance between the eyes in the photograph, in pixels.
+pub(crate) fn iris_color(
+    photo: &Texture,
+    outlines: &FaceOutlines,
+    unit_px: f64,
+) -> Option<[f32; 3]> {
+    let found: Vec<[f32; 3]> =
+        outlines.eyes.iter().filter_map(|eye| of_eye(photo, eye, unit_px)).collect();
+    let count = found.len() as f32;
+    (!found.is_empty())
+        .then(|| std::array::from_fn(|k| found.iter().map(|color| color[k]).sum::<f32>() / count))
+}
+
+fn of_eye(photo: &Texture, eye: &Outline, unit_px: f64) -> Option<[f32; 3]> {
+    /// Pixels nearer to the lids are lashes or their shadow.
+    const INSIDE: f64 = 0.012;
+    let pixels: Vec<([f64; 2], [f32; 3])> = eye
+        .pixels(photo.size())
+        .filter(|&at| eye.depth(at, 1.0) > INSIDE * unit_px)
+        .map(|at| (at, color(photo, at)))
+        .collect();
+    let mut lumas: Vec<f32> = pixels.iter().map(|pixel| luma(pixel.1)).collect();
+    if lumas.len() < 2 * FEWEST {
+        return None;
+    }
+    lumas.sort_by(f32::total_cmp);
+    let dark = lumas[lumas.len() / 5];
+    let darkest = || pixels.iter().filter(|pixel| luma(pixel.1) <= dark).map(|pixel| pixel.0);
+    let count = darkest().count() as f64;
+    let center: [f64; 2] =
+        std::array::from_fn(|axis| darkest().map(|at| at[axis]).sum::<f64>() / count);
+    let radius = RADIUS * unit_px;
+    let within = |[from, to]: [f64; 2]| {
+        pixels
+            .iter()
+            .filter(|(at, _)| {
+                let distance = (at[0] - center[0]).hypot(at[1] - center[1]) / radius;
+                (from..to).contains(&distance)
+            })
+            .map(|pixel| pixel.1)
+            .collect::<Vec<_>>()
+    };
+    let mut ring = within(RING);
+    if ring.len() < FEWEST {
+        return None;
+    }
+    // Highlights are lighter than the iris, the pupil is darker.
+    ring.sort_by(|a, b| luma(*a).total_cmp(&luma(*b)));
+    let ring = &ring[ring.len() / 5..ring.len() - ring.len() / 4];
+    let iris: [f32; 3] = std::array::from_fn(|k| {
+        let mut values: Vec<f32> = ring.iter().map(|color| color[k]).collect();
+        let middle = values.len() / 2;
+        *values.select_nth_unstable_by(middle, f32::total_cmp).1
+    });
+    let white = within([1.2, 2.2]);
+    let white = white.iter().map(|color| luma(*color)).fold(0.0, f32::max);
+    (white == 0.0 || luma(iris) < 0.85 * white).then_some(iris)
+}
+
+fn color(photo: &Texture, [x, y]: [f64; 2]) -> [f32; 3] {
+    let channel = |k: usize| if photo.channels().has_color() { k } else { 0 };
+    let value = |k: usize| photo.get(x as u32, y as u32, channel(k));
+    let is_linear = photo.encoding() == uvgraft::Encoding::Linear;
+    std::array::from_fn(|k| {
+        if is_linear { uvgraft::color::srgb_from_linear(value(k)) } else { value(k) }
+    })
+}
+
+fn luma([r, g, b]: [f32; 3]) -> f32 {
+    0.2126 * r + 0.7152 * g + 0.0722 * b
+}
