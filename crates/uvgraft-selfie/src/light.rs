@@ -174,7 +174,7 @@ mod tests {
         }
         let light = Light::of_skin(&samples, DVec3::Z).unwrap();
         let front = color(DVec3::Z);
-        for normal in [DVec3::new(0.7, 0.0, 0.7), DVec3::new(-0.6, 0.3, 0.6)] {
+        for normal in [DVec3::new(-0.7, 0.0, 0.7), DVec3::new(0.0, -0.6, 0.7)] {
             let normal = normal.normalize();
             let seen = color(normal);
             let off =
