@@ -53,11 +53,12 @@ impl Selfie {
     ) -> anyhow::Result<Self> {
         let networks = networks::load()?;
         let GivenHead { mesh, name, flame } = given;
+        let texture = args.head_texture(&mesh)?;
         let (head, photos) = rayon::join(
             || {
                 let of_drawings = networks.clone();
                 let detect = move |drawing: &Texture| networks::of_drawing(&of_drawings, drawing);
-                Head::new(mesh, None, networks.canonical(), Arc::new(detect))
+                Head::new(mesh, texture.as_ref(), networks.canonical(), Arc::new(detect))
             },
             || read(frames, &networks, args),
         );

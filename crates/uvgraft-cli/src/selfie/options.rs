@@ -1,9 +1,14 @@
 //! Options for photographs, shared by `selfie` and `avatar --selfie`.
 
-use uvgraft::Size;
+use std::path::PathBuf;
+
+use uvgraft::{Mesh, Size, Texture};
+use uvgraft_figure::{Figure, paint_head};
+use uvgraft_io::image;
 use uvgraft_selfie::Relight;
 use uvgraft_selfie::landmarks::FaceChoice;
 
+use crate::failure::OrBadInput;
 use crate::heading;
 use crate::number::whole_number;
 
@@ -23,6 +28,12 @@ pub(crate) struct PhotoArgs {
     #[arg(long, value_name = "PX|MM", value_parser = FocalLength::parse, requires = "photos")]
     #[arg(allow_hyphen_values = true)]
     focal: Option<FocalLength>,
+    /// Usual texture of the head, such as a mean texture [default: for `demo` its own]
+    ///
+    /// An image in the head's UV layout. Landmarks are found on drawings of the head, and those with
+    /// a texture look more like photographs than those without. Nothing of it gets into the result.
+    #[arg(long, value_name = "IMAGE", requires = "photos")]
+    head_texture: Option<PathBuf>,
     /// How much of the light in the photographs to remove
     #[arg(long, value_enum, value_name = "HOW", default_value_t = RelightName::Soft)]
     #[arg(requires = "photos")]
@@ -79,6 +90,21 @@ impl FocalLength {
 }
 
 impl PhotoArgs {
+    /// What the head usually looks like.
+    ///
+    /// # Errors
+    /// As bad input for an image that cannot be read.
+    pub(super) fn head_texture(&self, head: &Mesh) -> anyhow::Result<Option<Texture>> {
+        /// More than drawings show.
+        const SIDE: u32 = 1024;
+        if let Some(path) = &self.head_texture {
+            return Ok(Some(image::read(path).or_bad_input()?.texture));
+        }
+        let figure = Figure::new();
+        let is_figure = head.faces() == figure.head.faces() && head.uv() == figure.head.uv();
+        Ok(is_figure.then(|| paint_head(&figure, Size::square(SIDE))))
+    }
+
     /// Which face of a photograph is meant.
     pub(super) fn choice(&self) -> FaceChoice {
         self.face.map_or(FaceChoice::Only, |number| FaceChoice::Number(number.into()))
