@@ -19,7 +19,7 @@ type Movement = Vec<DVec3>;
 const PRIOR: f64 = 0.15;
 
 /// Share of the movements that is taken out.
-const SHARE: f64 = 0.9;
+const SHARE: f64 = 0.6;
 
 /// Displacements of landmarks from a head at rest, without what an expression explains.
 ///

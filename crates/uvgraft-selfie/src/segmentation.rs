@@ -45,7 +45,7 @@ pub(crate) struct Segmentation {
 /// Distances from skin, in standard deviations, up to which texels are skin: where skin is certain
 /// by place, and elsewhere; and those at which they are not.
 const CERTAIN: [f32; 2] = [4.5, 7.0];
-const DOUBTFUL: [f32; 2] = [2.3, 3.4];
+const DOUBTFUL: [f32; 2] = [1.9, 2.9];
 
 impl Evidence<'_> {
     /// Separates the face from everything else.
@@ -72,7 +72,7 @@ impl Evidence<'_> {
         let radius = (size.width.max(size.height) as usize / 250).max(1);
         let around = blurred(size, &raw, radius);
         let face = raw.iter().zip(around);
-        let face = face.map(|(raw, around)| raw[0] * smoothstep(0.55, 1.0, around[1])).collect();
+        let face = face.map(|(raw, around)| raw[0] * smoothstep(0.7, 1.0, around[1])).collect();
         Segmentation { face, scalp }
     }
 
@@ -139,7 +139,7 @@ impl Evidence<'_> {
             .fold(0.0, f32::max);
         // Within the face and not above the brows, where fringes are.
         let within = smoothstep(0.08, 0.3, depth(&self.outlines.oval, 0.3));
-        let below_brows = 1.0 - smoothstep(0.2, 0.4, self.height(texel));
+        let below_brows = 1.0 - smoothstep(0.1, 0.3, self.height(texel));
         let certain = certain.max(within * below_brows);
         let scalp = self.at(Area::Scalp, texel);
         let color = self.colors[texel];
