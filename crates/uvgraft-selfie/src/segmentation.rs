@@ -24,6 +24,8 @@ pub(crate) struct Evidence<'a> {
     pub colors: &'a [[f32; 3]],
     /// `[texels]`: how well each is seen, 0 to 1.
     pub seen: &'a [f32],
+    /// `[texels]`: the cosine between normal and line of sight.
+    pub facing: &'a [f32],
     /// `[texels]`: where in the photograph it is seen, in pixels.
     pub px: &'a [[f32; 2]],
     pub outlines: &'a FaceOutlines,
@@ -152,7 +154,10 @@ impl Evidence<'_> {
         // Behind ears is hair, and on them its shadow.
         let ears = self.at(Area::Ears, texel);
         let by_color = is_near(DOUBTFUL.map(|limit| limit * (1.0 - 0.25 * ears)));
-        let by_color = by_color * like_skin * (1.0 - smoothstep(0.1, 0.4, scalp));
+        // From the front ears are thin lines beside hair.
+        let glimpsed = ears * (1.0 - smoothstep(0.4, 0.7, self.facing[texel]));
+        let by_color =
+            by_color * (1.0 - glimpsed) * like_skin * (1.0 - smoothstep(0.1, 0.4, scalp));
         let by_label = self.labels.map_or(1.0, |labels| {
             let uv = self.uv(texel);
             let other = labels.at_uv(Label::Cloth, uv).max(labels.at_uv(Label::Hair, uv));

@@ -161,6 +161,7 @@ fn layer(
         texels,
         colors: &colors,
         seen: &seen.seen,
+        facing: &seen.facing,
         px: &seen.px,
         outlines: &FaceOutlines::new(&photo.landmarks),
         unit_px: unit_px(head, photo),
