@@ -54,5 +54,6 @@ pub use material::{Role, Values};
 pub use non_finite::without_non_finite;
 pub use observer::{Event, Observer};
 pub use outputs::Outputs;
+pub use plan::images_in;
 pub use region::{Grow, Region, RegionPart};
 pub use transfer::{Correspondence, Existing, Inputs, MaterialMap, Transfer, Transferred};

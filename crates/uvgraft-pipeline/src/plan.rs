@@ -160,7 +160,10 @@ fn jobs_of_textures(
 
 /// The image files of a folder, recognised by extension and sorted. Hidden files are skipped: some
 /// systems put a `._face.png`, which is not an image, next to each `face.png`.
-fn images_in(folder: &Path) -> Result<Vec<PathBuf>> {
+///
+/// # Errors
+/// As bad input if the folder cannot be read or has no images.
+pub fn images_in(folder: &Path) -> Result<Vec<PathBuf>> {
     let entries = folder.read_dir().and_then(Iterator::collect::<std::result::Result<Vec<_>, _>>);
     let entries = entries.or_input().map_err(|failure| {
         failure.context(format_args!("cannot read the folder {}", folder.display()))

@@ -7,6 +7,7 @@ use uvgraft::easing::smoothstep;
 use uvgraft::surface_field::Smoothness;
 use uvgraft::threads::map_indices;
 
+use crate::color_model::median_color;
 use crate::head::Head;
 use crate::layout_texels::LayoutTexels;
 use crate::mirror::Mirror;
@@ -158,7 +159,7 @@ impl<'a> Completion<'a> {
         let plain = self.median_of(&[Area::Cheeks, Area::Nose], colors, known);
         let color = plain.or_else(|| {
             let certain = (0..known.len()).filter(|&texel| known[texel] > CERTAIN);
-            median(colors, &certain.collect::<Vec<_>>())
+            median_color(certain.map(|texel| colors[texel]))
         })?;
         Some(DVec3::from(color.map(f64::from)))
     }
@@ -176,19 +177,11 @@ impl<'a> Completion<'a> {
         let certain = (0..known.len()).filter(|&texel| known[texel] > CERTAIN);
         let texels: Vec<usize> =
             certain.filter(|&texel| self.texels.face(texel).is_some_and(is_within)).collect();
-        if texels.len() < FEWEST { None } else { median(colors, &texels) }
+        if texels.len() < FEWEST {
+            return None;
+        }
+        median_color(texels.into_iter().map(|texel| colors[texel]))
     }
-}
-
-/// The median of each channel of some texels; `None` of none.
-fn median(colors: &[[f32; 3]], texels: &[usize]) -> Option<[f32; 3]> {
-    (!texels.is_empty()).then(|| {
-        std::array::from_fn(|k| {
-            let mut values: Vec<f32> = texels.iter().map(|&texel| colors[texel][k]).collect();
-            let middle = values.len() / 2;
-            *values.select_nth_unstable_by(middle, f32::total_cmp).1
-        })
-    })
 }
 
 fn mixed(one: [f32; 3], other: [f32; 3], share: f32) -> [f32; 3] {

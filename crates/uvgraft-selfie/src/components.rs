@@ -3,8 +3,8 @@
 use std::collections::HashMap;
 
 use glam::DVec3;
-use uvgraft::disjoint::DisjointSets;
 use uvgraft::{Anatomy, Landmark, Mesh};
+use uvgraft_avatar::eyes::eyeball::pieces;
 
 /// An eyeball.
 #[derive(Debug, Clone, PartialEq)]
@@ -33,23 +33,13 @@ pub struct Components {
 impl Components {
     /// Finds the connected parts of a mesh with a head.
     pub fn new(mesh: &Mesh, anatomy: &Anatomy) -> Self {
-        let mut sets = DisjointSets::new(mesh.positions().len() as u32);
-        let mut at_position = HashMap::new();
-        for (vertex, position) in (0..).zip(mesh.positions()) {
-            let key = position.map(|value| (value + 0.0).to_bits());
-            let first = *at_position.entry(key).or_insert(vertex);
-            sets.join(first, vertex);
-        }
-        for &[a, b, c] in mesh.faces() {
-            sets.join(a, b);
-            sets.join(a, c);
-        }
+        let labels = pieces(mesh);
         let mut numbers = HashMap::new();
         let mut of_vertex = Vec::with_capacity(mesh.positions().len());
         let mut vertices: Vec<Vec<u32>> = Vec::new();
-        for vertex in 0..mesh.positions().len() as u32 {
+        for (vertex, label) in (0..).zip(labels) {
             let next = numbers.len() as u32;
-            let number = *numbers.entry(sets.root(vertex)).or_insert(next);
+            let number = *numbers.entry(label).or_insert(next);
             if number as usize == vertices.len() {
                 vertices.push(Vec::new());
             }
@@ -98,13 +88,6 @@ impl Components {
         let both = [Landmark::LeftEye, Landmark::RightEye].into_iter().filter_map(of_eye);
         let both: Vec<Eyeball> = both.collect();
         if both.len() == 2 { both } else { Vec::new() }
-    }
-
-    /// Whether a vertex belongs to an eyeball.
-    #[expect(dead_code, reason = "soon")]
-    pub fn is_eye(&self, vertex: u32) -> bool {
-        let number = self.of_vertex[vertex as usize];
-        self.eyeballs.iter().any(|ball| self.of_vertex[ball.vertices[0] as usize] == number)
     }
 }
 

@@ -16,7 +16,8 @@ use uvgraft::surface_field::{FieldValue, Smoothness};
 use crate::camera::Camera;
 use crate::expression;
 use crate::head::Head;
-use crate::head_landmarks::{HeadLandmark, normals, steadied};
+use crate::head_landmarks::{HeadLandmark, steadied};
+use crate::normals::normals;
 
 /// The landmarks of one photograph.
 #[derive(Debug, Clone, PartialEq)]

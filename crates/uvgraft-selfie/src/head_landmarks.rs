@@ -14,6 +14,7 @@ use crate::components::Components;
 use crate::depth_map::{DepthMap, NOTHING};
 use crate::head::LandmarkDetector;
 use crate::landmarks::regions::{FACE_OVAL, LEFT_BROW, LIPS_INNER, LIPS_OUTER, RIGHT_BROW};
+use crate::normals::normals;
 
 /// Sides of the head that are drawn: turned to the left and up, in degrees.
 const SIDES: [[f64; 2]; 9] = [
@@ -361,23 +362,6 @@ fn barycentric([a, b, c]: [DVec3; 3], point: DVec3) -> [f64; 3] {
     let second = ((point - a).cross(c - a).dot(normal) / area).clamp(0.0, 1.0);
     let third = ((b - a).cross(point - a).dot(normal) / area).clamp(0.0, 1.0 - second);
     [1.0 - second - third, second, third]
-}
-
-/// The unit normal at each vertex, by area; zero where there is none. Vertices are not welded.
-pub(crate) fn normals(positions: &[[f32; 3]], faces: &[[u32; 3]]) -> Vec<DVec3> {
-    let mut normals = vec![DVec3::ZERO; positions.len()];
-    for face in faces {
-        let [a, b, c] = face.map(|vertex| glam::Vec3::from(positions[vertex as usize]).as_dvec3());
-        let vector = (b - a).cross(c - a);
-        face.iter().for_each(|&vertex| normals[vertex as usize] += vector);
-    }
-    // Split along UV seams, a vertex sees only the triangles on its side.
-    let mut at_position: std::collections::HashMap<[u32; 3], DVec3> = Default::default();
-    for (position, normal) in positions.iter().zip(&normals) {
-        *at_position.entry(position.map(|value| (value + 0.0).to_bits())).or_default() += *normal;
-    }
-    let whole = |position: &[f32; 3]| at_position[&position.map(|value| (value + 0.0).to_bits())];
-    positions.iter().map(|position| whole(position).normalize_or_zero()).collect()
 }
 
 /// A texture as drawings read it: RGB, 8-bit sRGB.

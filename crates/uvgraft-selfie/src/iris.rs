@@ -2,6 +2,7 @@
 
 use uvgraft::Texture;
 
+use crate::color_model::median_color;
 use crate::outline::{FaceOutlines, Outline};
 
 /// Radius of an iris, in distances between the eyes: 5.9 of 63 mm.
@@ -65,11 +66,7 @@ fn of_eye(photo: &Texture, eye: &Outline, unit_px: f64) -> Option<[f32; 3]> {
     // Highlights are lighter than the iris, the pupil is darker.
     ring.sort_by(|a, b| luma(*a).total_cmp(&luma(*b)));
     let ring = &ring[ring.len() / 5..ring.len() - ring.len() / 4];
-    let iris: [f32; 3] = std::array::from_fn(|k| {
-        let mut values: Vec<f32> = ring.iter().map(|color| color[k]).collect();
-        let middle = values.len() / 2;
-        *values.select_nth_unstable_by(middle, f32::total_cmp).1
-    });
+    let iris = median_color(ring.iter().copied())?;
     let white = within([1.2, 2.2]);
     let white = white.iter().map(|color| luma(*color)).fold(0.0, f32::max);
     (white == 0.0 || luma(iris) < 0.85 * white).then_some(iris)

@@ -23,6 +23,7 @@ pub mod light;
 mod likeness;
 mod mirror;
 pub mod network;
+mod normals;
 mod outline;
 mod projection;
 mod raster;

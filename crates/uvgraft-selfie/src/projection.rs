@@ -16,8 +16,8 @@ use uvgraft::{
 use crate::camera::Camera;
 use crate::depth_map::DepthMap;
 use crate::head::Head;
-use crate::head_landmarks::normals;
 use crate::layout_texels::LayoutTexels;
+use crate::normals::normals;
 
 /// Longest side of the depth map.
 const DEPTH_SIDE: f64 = 1400.0;
@@ -64,6 +64,8 @@ pub struct Projection {
     pub seen: Vec<f32>,
     /// `[texels]`: the cosine between normal and line of sight, 0 where nothing is seen.
     pub facing: Vec<f32>,
+    /// `[vertices]`: the unit normals of the head as the photograph shows it.
+    pub normals: Vec<DVec3>,
     /// `[texels]`: where in the photograph each is, in pixels; 0 where nothing is seen.
     pub px: Vec<[f32; 2]>,
 }
@@ -136,7 +138,7 @@ pub(crate) fn project(
     let seen = values.iter().map(|value| value[0]).collect();
     let facing = values.iter().map(|value| value[1]).collect();
     let px = values.iter().map(|&[_, _, x, y]| [x, y]).collect();
-    Ok(Projection { colors, seen, facing, px })
+    Ok(Projection { colors, seen, facing, normals: vertex_normals, px })
 }
 
 /// The part of a photograph around the head.

@@ -8,11 +8,11 @@ use uvgraft::threads::map_indices;
 use uvgraft::{Area, Channels, Encoding, LabelError, Size, Texels, Texture, TextureError};
 use uvgraft_avatar::eyes::clean_head;
 
+use crate::color_model::median_color;
 use crate::completion::Completion;
 use crate::fit::{Fit, FittedPhoto};
 use crate::fusion::{Fusion, Layer};
 use crate::head::Head;
-use crate::head_landmarks::normals;
 use crate::iris::iris_color;
 use crate::layout_texels::LayoutTexels;
 use crate::light::{Light, Relight, SkinSample};
@@ -75,7 +75,7 @@ pub fn textured(
 ) -> Result<SelfieTexture, SelfieError> {
     assert_eq!(fit.photos.len(), photos.len(), "photographs");
     let texels = LayoutTexels::new(&head.mesh, options.size);
-    let labeller = Labeller::new(&head.mesh)?;
+    let labeller = Labeller::with_anatomy(&head.mesh, head.anatomy.clone());
     let mut fusion = Fusion::new(options.size);
     let mut scalps = Vec::new();
     let mut iris = None;
@@ -92,7 +92,7 @@ pub fn textured(
         scalps.extend(scalp);
     }
     let (colors, known) = fusion.finish();
-    let completed = Completion::new(head, &texels).complete(colors, &known, median(&scalps));
+    let completed = Completion::new(head, &texels).complete(colors, &known, median_color(scalps));
     let bytes = |value: f32| (value.clamp(0.0, 1.0) * 255.0 + 0.5) as u8;
     let colors = Texels::U8(completed.iter().flat_map(|color| color.map(bytes)).collect());
     let known = Texels::U8(known.iter().map(|&known| bytes(known)).collect());
@@ -135,12 +135,10 @@ fn layer(
     photo: &FittedPhoto,
     relight: Relight,
 ) -> (Layer, Option<[f32; 3]>) {
-    let posed: Vec<[f32; 3]> = photo.posed.iter().map(|at| at.as_vec3().to_array()).collect();
-    let normals = normals(&posed, head.mesh.faces());
     let normal = |texel: usize| {
         let place = texels.place(texel)?;
         let corners = head.mesh.faces()[place.face as usize];
-        let sum: DVec3 = (0..3).map(|k| normals[corners[k] as usize] * place.weights[k]).sum();
+        let sum: DVec3 = (0..3).map(|k| seen.normals[corners[k] as usize] * place.weights[k]).sum();
         Some(sum.normalize_or_zero())
     };
     let light = light(head, texels, &seen, &normal);
@@ -208,15 +206,4 @@ fn light(
     };
     let samples: Vec<SkinSample> = clear.into_iter().step_by(step).filter_map(sample).collect();
     Light::of_skin(&samples, DVec3::from(head.anatomy.frame().axes[2]))
-}
-
-/// The median of each channel; `None` of none.
-fn median(colors: &[[f32; 3]]) -> Option<[f32; 3]> {
-    (!colors.is_empty()).then(|| {
-        std::array::from_fn(|k| {
-            let mut values: Vec<f32> = colors.iter().map(|color| color[k]).collect();
-            let middle = values.len() / 2;
-            *values.select_nth_unstable_by(middle, f32::total_cmp).1
-        })
-    })
 }

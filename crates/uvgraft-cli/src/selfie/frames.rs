@@ -2,9 +2,8 @@
 
 use std::path::{Path, PathBuf};
 
-use anyhow::Context;
-use uvgraft_io::image::Format;
 use uvgraft_io::tracking::{self, TrackedFrame};
+use uvgraft_pipeline::images_in;
 
 use super::options::PhotoArgs;
 use crate::failure::{OrBadInput, bad_input};
@@ -106,28 +105,6 @@ impl Frames {
         }
         Ok(())
     }
-}
-
-/// The images of a folder, by extension, sorted. Hidden files are skipped.
-fn images_in(folder: &Path) -> anyhow::Result<Vec<PathBuf>> {
-    let name = folder.display();
-    let entries = folder.read_dir().and_then(Iterator::collect::<Result<Vec<_>, _>>);
-    let entries =
-        entries.with_context(|| format!("cannot read the folder {name}")).or_bad_input()?;
-    let is_hidden = |path: &Path| {
-        path.file_name().is_some_and(|name| name.as_encoded_bytes().starts_with(b"."))
-    };
-    let mut images: Vec<PathBuf> = entries
-        .into_iter()
-        .map(|entry| entry.path())
-        .filter(|path| path.is_file() && Format::from_path(path).is_some() && !is_hidden(path))
-        .collect();
-    if images.is_empty() {
-        let wanted = Format::extension_list();
-        return Err(bad_input(format!("{name} must contain at least one image ({wanted})")));
-    }
-    images.sort();
-    Ok(images)
 }
 
 /// At most so many of the frames, evenly spaced, the first and the last among them.

@@ -18,7 +18,7 @@ use super::error::{ReadTrackingError, TrackingError};
 use super::flame::{FlameParameters, MAX_COEFFICIENTS, Shared, coefficients, from_six_numbers};
 use super::paths::{Reach, existing, number, optional, stated};
 use super::transforms::{self, Frame, Optics};
-use super::{MAX_FRAMES, Subset, TrackedCamera, TrackedFrame};
+use super::{Subset, TrackedCamera, TrackedFrame, check_frames};
 use crate::input::{ReadError, read_file};
 
 /// Maximum size of a list of coefficients.
@@ -30,9 +30,7 @@ pub(super) fn read(folder: &Path) -> Result<Vec<TrackedFrame>, ReadTrackingError
     for (path, subset) in transforms::files(folder) {
         let file = transforms::read(&path)?;
         let shared = file.optics();
-        let found = frames.len() + file.frames.0.len();
-        if found > MAX_FRAMES {
-            let reason = TrackingError::TooMany { what: "frames", most: MAX_FRAMES, found };
+        if let Err(reason) = check_frames(frames.len() + file.frames.0.len()) {
             return Err(ReadError::Content { path, reason });
         }
         for (index, frame) in file.frames.0.iter().enumerate() {

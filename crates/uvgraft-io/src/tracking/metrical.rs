@@ -22,7 +22,7 @@ use super::error::{ReadTrackingError, TrackingError};
 use super::flame::{FlameParameters, Shared, fixed, from_six_numbers, row};
 use super::paths::{existing, files_with, number, optional};
 use super::rotation::{from_six, transposed};
-use super::{MAX_FRAMES, Subset, TrackedCamera, TrackedFrame};
+use super::{Subset, TrackedCamera, TrackedFrame, check_frames};
 use crate::arrays::{NamedArrays, NumericArray};
 use crate::input::{ReadError, read_file};
 use crate::torch;
@@ -38,9 +38,7 @@ pub(super) fn is_it(folder: &Path) -> Result<bool, ReadTrackingError> {
 pub(super) fn read(folder: &Path) -> Result<Vec<TrackedFrame>, ReadTrackingError> {
     let checkpoints = folder.join("checkpoint");
     let files = files_with(&checkpoints, "frame")?;
-    if files.len() > MAX_FRAMES {
-        let found = files.len();
-        let reason = TrackingError::TooMany { what: "frames", most: MAX_FRAMES, found };
+    if let Err(reason) = check_frames(files.len()) {
         return Err(ReadError::Content { path: checkpoints, reason });
     }
     let mut shape = Shared::default();

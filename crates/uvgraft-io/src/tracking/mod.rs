@@ -40,6 +40,14 @@ use crate::input::ReadError;
 /// Maximum number of frames of a folder.
 pub const MAX_FRAMES: usize = 1 << 18;
 
+/// Checks a number of frames against [`MAX_FRAMES`].
+fn check_frames(found: usize) -> Result<(), TrackingError> {
+    if found > MAX_FRAMES {
+        return Err(TrackingError::TooMany { what: "frames", most: MAX_FRAMES, found });
+    }
+    Ok(())
+}
+
 /// A head tracker.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 #[non_exhaustive]

@@ -21,7 +21,7 @@ use super::flame::{FlameParameters, Shared, fixed, offsets, row};
 use super::json::Name;
 use super::paths::{Reach, existing, files_with, optional, stated};
 use super::transforms::{self, Frame, Optics};
-use super::{MAX_FRAMES, Subset, TrackedFrame};
+use super::{Subset, TrackedFrame, check_frames};
 use crate::arrays::{self, NamedArrays};
 use crate::input::{ReadError, read_file};
 
@@ -42,9 +42,7 @@ pub(super) fn read(folder: &Path) -> Result<Vec<TrackedFrame>, ReadTrackingError
     for (path, subset) in transforms::files(folder) {
         let file = transforms::read(&path)?;
         let shared = file.optics();
-        let found = frames.len() + file.frames.0.len();
-        if found > MAX_FRAMES {
-            let reason = TrackingError::TooMany { what: "frames", most: MAX_FRAMES, found };
+        if let Err(reason) = check_frames(frames.len() + file.frames.0.len()) {
             return Err(ReadError::Content { path, reason });
         }
         for (index, frame) in file.frames.0.into_iter().enumerate() {

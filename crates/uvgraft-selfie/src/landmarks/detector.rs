@@ -38,20 +38,7 @@ pub(super) struct Detection {
 
 /// Checks that a network is a detector of this kind.
 pub(super) fn check(network: &Network) -> Result<(), NetworkError> {
-    let wanted = RESOLUTION * RESOLUTION * 3;
-    let found = network.input_length();
-    if found != wanted {
-        return Err(NetworkError::Length { what: "input", wanted, found });
-    }
-    let mut lengths = network.output_lengths();
-    lengths.sort_unstable();
-    for (index, wanted) in [ANCHORS, ANCHORS * VALUES].into_iter().enumerate() {
-        let found = lengths.get(index).copied().unwrap_or(0);
-        if found != wanted {
-            return Err(NetworkError::Length { what: "output", wanted, found });
-        }
-    }
-    Ok(())
+    network.check_lengths(RESOLUTION * RESOLUTION * 3, [ANCHORS, ANCHORS * VALUES])
 }
 
 /// The faces in a crop with at least a score, the best first.

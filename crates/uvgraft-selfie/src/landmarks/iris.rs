@@ -41,20 +41,7 @@ pub struct Iris {
 
 /// Checks that a network is one for irises.
 pub(super) fn check(network: &Network) -> Result<(), NetworkError> {
-    let wanted = RESOLUTION * RESOLUTION * 3;
-    let found = network.input_length();
-    if found != wanted {
-        return Err(NetworkError::Length { what: "input", wanted, found });
-    }
-    let mut lengths = network.output_lengths();
-    lengths.sort_unstable();
-    for (index, wanted) in [5 * 3, CONTOUR * 3].into_iter().enumerate() {
-        let found = lengths.get(index).copied().unwrap_or(0);
-        if found != wanted {
-            return Err(NetworkError::Length { what: "output", wanted, found });
-        }
-    }
-    Ok(())
+    network.check_lengths(RESOLUTION * RESOLUTION * 3, [5 * 3, CONTOUR * 3])
 }
 
 /// The right eye (on the left of the picture) and the left one.

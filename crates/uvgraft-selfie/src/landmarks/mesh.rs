@@ -23,20 +23,7 @@ const MARGIN: f64 = 1.5;
 
 /// Checks that a network is one for landmarks.
 pub(super) fn check(network: &Network) -> Result<(), NetworkError> {
-    let wanted = RESOLUTION * RESOLUTION * 3;
-    let found = network.input_length();
-    if found != wanted {
-        return Err(NetworkError::Length { what: "input", wanted, found });
-    }
-    let mut lengths = network.output_lengths();
-    lengths.sort_unstable();
-    for (index, wanted) in [1, LANDMARKS * 3].into_iter().enumerate() {
-        let found = lengths.get(index).copied().unwrap_or(0);
-        if found != wanted {
-            return Err(NetworkError::Length { what: "output", wanted, found });
-        }
-    }
-    Ok(())
+    network.check_lengths(RESOLUTION * RESOLUTION * 3, [1, LANDMARKS * 3])
 }
 
 /// Landmarks in pixels, and the score of their crop.

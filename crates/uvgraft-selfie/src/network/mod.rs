@@ -148,6 +148,29 @@ impl Network {
         self.outputs.iter().map(length).collect()
     }
 
+    /// Checks that the network is one of a kind.
+    ///
+    /// - `input`, `outputs`: numbers of values; outputs in ascending order of them.
+    ///
+    /// # Errors
+    /// [`NetworkError::Length`] with what differs.
+    pub fn check_lengths<const N: usize>(
+        &self,
+        input: usize,
+        outputs: [usize; N],
+    ) -> Result<(), NetworkError> {
+        let check = |what, wanted, found| {
+            if found == wanted { Ok(()) } else { Err(NetworkError::Length { what, wanted, found }) }
+        };
+        check("input", input, self.input_length)?;
+        let mut lengths = self.output_lengths();
+        lengths.sort_unstable();
+        for (index, wanted) in outputs.into_iter().enumerate() {
+            check("output", wanted, lengths.get(index).copied().unwrap_or(0))?;
+        }
+        Ok(())
+    }
+
     /// Runs the network.
     ///
     /// - `input`: [`Network::input_length`] values, NHWC as in the model.

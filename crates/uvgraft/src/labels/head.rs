@@ -51,7 +51,11 @@ impl HeadLayout {
     /// # Errors
     /// [`AnatomyError`] if the mesh has no head.
     pub fn new(mesh: &Mesh, is_carried: &[bool]) -> Result<Self, AnatomyError> {
-        let anatomy = Anatomy::find(mesh)?;
+        Ok(Self::with_anatomy(mesh, Anatomy::find(mesh)?, is_carried))
+    }
+
+    /// As [`HeadLayout::new`], for a mesh whose head has been found.
+    pub fn with_anatomy(mesh: &Mesh, anatomy: Anatomy, is_carried: &[bool]) -> Self {
         let side = grid_side(mesh, is_carried);
         let grid = LayoutGrid::new(mesh, Size::square(side));
         let at = |area: Area| grid.at_texels(mesh, anatomy.area(area));
@@ -79,7 +83,7 @@ impl HeadLayout {
         let nape = nape.fold(f32::INFINITY, f32::min);
         let above_nape = grid.at_texels(mesh, &height).into_iter().map(|at| at - nape).collect();
         let texels_per_eyes = texels_per_unit(mesh, &grid, is_carried) * frame.unit;
-        Ok(Self { anatomy, grid, areas, above_nape, texels_per_eyes, rim })
+        Self { anatomy, grid, areas, above_nape, texels_per_eyes, rim }
     }
 
     /// Whether the cheeks are transferred. They aren't if, for example, only a body's hands are.

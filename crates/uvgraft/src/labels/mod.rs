@@ -18,7 +18,6 @@ mod find;
 mod geodesic;
 mod head;
 
-#[cfg(doc)]
 use crate::anatomy::Anatomy;
 use crate::color::Encoding;
 use crate::mesh::Mesh;
@@ -151,6 +150,13 @@ impl Labeller {
     /// [`LabelError::Anatomy`] if the mesh has no head.
     pub fn new(mesh: &Mesh) -> Result<Self, LabelError> {
         Ok(Self(HeadLayout::new(mesh, &vec![true; mesh.faces().len()])?))
+    }
+
+    /// As [`Labeller::new`], for a mesh whose head has been found.
+    ///
+    /// - `anatomy`: of the same mesh.
+    pub fn with_anatomy(mesh: &Mesh, anatomy: Anatomy) -> Self {
+        Self(HeadLayout::with_anatomy(mesh, anatomy, &vec![true; mesh.faces().len()]))
     }
 
     /// Labels a texture, as [`Labels::new`].
