@@ -46,7 +46,8 @@ impl<'a> Completion<'a> {
     ) -> Vec<[f32; 3]> {
         let size = self.texels.size();
         let Some(tones) = self.tones(&colors, known) else { return colors };
-        let lips = self.median_of(&[Area::Lips], &colors, known);
+        let lips = self.lips(&colors, known);
+        let between_lips = self.between_lips(known);
         let mirror = Mirror::new(self.head);
         let packed: Vec<[f32; 4]> = colors
             .iter()
@@ -61,20 +62,25 @@ impl<'a> Completion<'a> {
             let [r, g, b, known] = packed[texel];
             let Some(place) = self.texels.place(texel) else { return [0.0; 3] };
             let corners = self.head.mesh.faces()[place.face as usize];
-            let tone: [f32; 3] = std::array::from_fn(|k| {
-                (0..3).map(|c| place.weights[c] * tones[corners[c] as usize][k]).sum::<f64>() as f32
-            });
+            let of = |tones: &[[f64; 3]]| -> [f32; 3] {
+                let corner = |c: usize, k: usize| place.weights[c] * tones[corners[c] as usize][k];
+                std::array::from_fn(|k| (0..3).map(|c| corner(c, k)).sum::<f64>() as f32)
+            };
+            let tone = of(&tones);
             let share: f32 =
                 (0..3).map(|c| place.weights[c] as f32 * on_scalp[corners[c] as usize]).sum();
             let mouth: f32 =
                 (0..3).map(|c| place.weights[c] as f32 * in_mouth[corners[c] as usize]).sum();
             let lip: f32 =
                 (0..3).map(|c| place.weights[c] as f32 * on_lips[corners[c] as usize]).sum();
-            let mut filled = match lips {
-                Some(lips) => mixed(tone, lips, smoothstep(0.3, 0.7, lip)),
+            let mut filled = match &lips {
+                Some(lips) => {
+                    let lips = of(lips).map(|value| value * (1.0 - between_lips[texel]));
+                    mixed(tone, lips, smoothstep(0.3, 0.7, lip))
+                }
                 None => tone,
             };
-            filled = mixed(filled, MOUTH, smoothstep(0.4, 0.8, mouth));
+            filled = mixed(filled, MOUTH, smoothstep(0.02, 0.6, mouth));
             if let Some(hair) = scalp {
                 let share = smoothstep(0.15, 0.85, share) * (1.0 - mouth);
                 filled = std::array::from_fn(|k| filled[k] + (hair[k] - filled[k]) * share);
@@ -96,15 +102,16 @@ impl<'a> Completion<'a> {
         const SHARE: u32 = 110;
         let size = self.texels.size();
         let radius = (size.width.max(size.height) / SHARE) as usize;
-        let areas = [Area::Lips, Area::MouthInterior].map(|area| self.head.anatomy.area(area));
-        let is_mouth = |face: u32| {
+        let areas = [Area::Lips, Area::MouthInterior, Area::EyeSockets, Area::Eyes]
+            .map(|area| self.head.anatomy.area(area));
+        let is_narrow = |face: u32| {
             let corners = self.head.mesh.faces()[face as usize];
             areas.iter().any(|area| corners.iter().any(|&vertex| area[vertex as usize] > 0.3))
         };
-        // Beside islands there is nothing to fade towards, and lips are narrow.
+        // Beside islands there is nothing to fade towards, and lips and lids are narrow.
         let known_or_beside: Vec<[f32; 1]> = (0..known.len())
             .map(|texel| match self.texels.face(texel) {
-                Some(face) if !is_mouth(face) => [known[texel]],
+                Some(face) if !is_narrow(face) => [known[texel]],
                 _ => [1.0],
             })
             .collect();
@@ -116,12 +123,46 @@ impl<'a> Completion<'a> {
             .collect()
     }
 
+    /// `[texels]`: how much darker lips are where they touch, which no photograph of a smile shows:
+    /// in the middle of what is not known of them.
+    fn between_lips(&self, known: &[f32]) -> Vec<f32> {
+        /// Radius of the neighbourhood, as a share of the texture's side.
+        const SHARE: u32 = 60;
+        const DARKER: f32 = 0.45;
+        let size = self.texels.size();
+        let radius = (size.width.max(size.height) / SHARE) as usize;
+        let known: Vec<[f32; 1]> = known.iter().map(|&known| [known]).collect();
+        let around = blurred(size, &known, radius);
+        around.into_iter().map(|[known]| DARKER * (1.0 - smoothstep(0.0, 0.3, known))).collect()
+    }
+
     /// `[vertices]`: the colour of skin at each, from texels that are known, spread over the rest.
     fn tones(&self, colors: &[[f32; 3]], known: &[f32]) -> Option<Vec<[f64; 3]>> {
+        let plain = self.plain_skin(colors, known)?;
+        self.spread(plain, colors, known, |_| 1.0)
+    }
+
+    /// The same of lips; `None` if hardly anything of them is known.
+    fn lips(&self, colors: &[[f32; 3]], known: &[f32]) -> Option<Vec<[f64; 3]>> {
+        let plain = self.median_of(&[Area::Lips], colors, known)?;
+        let on_lips = self.head.anatomy.area(Area::Lips);
+        let plain = DVec3::from(plain.map(f64::from));
+        self.spread(plain, colors, known, |vertex| f64::from(on_lips[vertex] > 0.6))
+    }
+
+    /// `[vertices]`: colours that are known, spread over the rest, where they become `plain` in time.
+    ///
+    /// - `weight`: how far what is known at a vertex counts, 0 to 1.
+    fn spread(
+        &self,
+        plain: DVec3,
+        colors: &[[f32; 3]],
+        known: &[f32],
+        weight: impl Fn(usize) -> f64,
+    ) -> Option<Vec<[f64; 3]>> {
         /// Weights of what is known and of plain skin elsewhere, beside the field's smoothness.
         const KNOWN: f64 = 10.0;
         const PLAIN: f64 = 0.3;
-        let plain = self.plain_skin(colors, known)?;
         let vertices = self.head.mesh.positions().len();
         let (mut sums, mut weights) = (vec![DVec3::ZERO; vertices], vec![0.0; vertices]);
         let mut counts = vec![0.0; vertices];
@@ -141,7 +182,7 @@ impl<'a> Completion<'a> {
         let at: Vec<(f64, [f64; 3])> = (0..vertices)
             .map(|vertex| {
                 let share = weights[vertex] / f64::max(counts[vertex], 1e-9);
-                let known = KNOWN * share * share;
+                let known = KNOWN * share * share * weight(vertex);
                 let color = sums[vertex] / f64::max(weights[vertex], 1e-9);
                 let weight = known + PLAIN;
                 (weight * areas[vertex], (color * (known / weight)).to_array())

@@ -52,6 +52,13 @@ impl Components {
         found
     }
 
+    /// Whether a triangle belongs to an eyeball.
+    pub fn is_eye(&self, mesh: &Mesh, face: u32) -> bool {
+        let part = |vertex: u32| self.of_vertex[vertex as usize];
+        let own = part(mesh.faces()[face as usize][0]);
+        self.eyeballs.iter().any(|ball| ball.vertices.first().is_some_and(|&at| part(at) == own))
+    }
+
     fn nearest(&self, mesh: &Mesh, anatomy: &Anatomy, landmark: Landmark) -> u32 {
         let Some(at) = anatomy.point(landmark).map(DVec3::from) else { return 0 };
         let used = mesh.faces().as_flattened().iter();

@@ -1,7 +1,7 @@
 //! Cameras and the shape of a head from the landmarks of photographs.
 //!
-//! Cameras come first, from landmarks on the head at rest as they are found when it is drawn from the
-//! photograph's side, and stay: adjusting them to the shape and the shape to them in turn, both drift,
+//! Cameras come first, from landmarks on the head at rest as they are found when it is drawn in the
+//! place of that in the photograph, and stay: adjusting them to the shape and the shape to them in turn, both drift,
 //! since a nod and a shorter face look alike. Each landmark then has a place that all photographs
 //! together put it at: along the image plane as seen, along the line of sight as far as depths can be
 //! believed. The head's surface is bent to these places, smoothly (see
@@ -14,10 +14,12 @@ use uvgraft::easing::smoothstep_f64;
 use uvgraft::surface_field::{FieldValue, Smoothness};
 
 use crate::camera::Camera;
+use crate::drawing::Drawing;
 use crate::expression;
 use crate::head::Head;
 use crate::head_landmarks::{HeadLandmark, steadied};
 use crate::normals::normals;
+use crate::pixels::Pixels;
 
 /// The landmarks of one photograph.
 #[derive(Debug, Clone, PartialEq)]
@@ -95,15 +97,21 @@ const LANDMARK: f64 = 0.02;
 impl Fit {
     /// Fits a head to photographs.
     ///
+    /// - `pixels`: of each photograph, around the head.
+    ///
     /// `None` if the landmarks of a photograph determine no pose, or the shape no equations.
     ///
     /// # Panics
-    /// If a photograph has another number of landmarks than the head.
-    pub fn new(head: &Head, photos: &[PhotoLandmarks]) -> Option<Self> {
+    /// If there are not as many pixels as photographs, or a photograph has another number of landmarks
+    /// than the head.
+    pub fn new(head: &Head, photos: &[PhotoLandmarks], pixels: &[Pixels<'_>]) -> Option<Self> {
+        assert_eq!(photos.len(), pixels.len(), "photographs");
         let rest = head.positions();
+        let drawing = head.drawing();
         let views = photos
             .iter()
-            .map(|photo| View::new(head, &rest, photo))
+            .zip(pixels)
+            .map(|(photo, pixels)| View::new((head, &drawing), &rest, photo, pixels))
             .collect::<Option<Vec<View>>>()?;
         let hold = held_still(head);
         let mut places = self::places(head, &views, &rest, &rest);
@@ -137,7 +145,12 @@ struct View {
 }
 
 impl View {
-    fn new(head: &Head, rest: &[DVec3], photo: &PhotoLandmarks) -> Option<Self> {
+    fn new(
+        (head, drawing): (&Head, &Drawing<'_>),
+        rest: &[DVec3],
+        photo: &PhotoLandmarks,
+        pixels: &Pixels<'_>,
+    ) -> Option<Self> {
         /// How often the head is drawn from the side that the last drawing told.
         const DRAWINGS: usize = 4;
         assert_eq!(photo.points.len(), head.landmarks.len(), "landmarks of a photograph");
@@ -151,7 +164,7 @@ impl View {
         let camera = Camera::of_landmarks(&points, &seen, focal, photo.size)?;
         let mut view = Self { photo, camera, landmarks: head.landmarks.clone() };
         for _ in 0..DRAWINGS {
-            let Some(landmarks) = head.landmarks_from(&view.camera) else { break };
+            let Some(landmarks) = head.landmarks_in(drawing, &view.camera, pixels) else { break };
             view.landmarks = landmarks;
             view.refine(head, rest);
         }

@@ -6,6 +6,7 @@
 //! multiresolution spline with application to image mosaics", 1983).
 
 use uvgraft::Size;
+use uvgraft::easing::smoothstep;
 use uvgraft::threads::{for_each, map_indices};
 
 use crate::raster::{bilinear, blurred};
@@ -17,8 +18,24 @@ pub(crate) struct Layer {
     pub colors: Vec<[f32; 3]>,
     /// `[texels]`, how far each texel is known, 0 to 1.
     pub known: Vec<f32>,
+    /// `[texels]`, how far each texel shows something else: hair, glasses, cloth.
+    pub denied: Vec<f32>,
+    /// `[texels]`, how far from other parts of the head each is, such as an eyeball beside a lid, with
+    /// which a photograph that is a hair's breadth off confuses it: 0 to 1.
+    pub apart: Vec<f32>,
     /// `[texels]`, the cosine between normal and line of sight.
     pub facing: Vec<f32>,
+}
+
+/// What photographs show together.
+#[derive(Debug, Clone)]
+pub(crate) struct Fused {
+    /// `[texels]`, sRGB, 1.0 for white.
+    pub colors: Vec<[f32; 3]>,
+    /// `[texels]`, how far each texel is known, 0 to 1.
+    pub known: Vec<f32>,
+    /// `[texels]`, the same where nothing else is beside it.
+    pub certain: Vec<f32>,
 }
 
 /// Sums of the layers so far.
@@ -29,6 +46,10 @@ pub(crate) struct Fusion {
     coarse: Vec<[f32; 4]>,
     fine: Vec<[f32; 4]>,
     known: Vec<f32>,
+    certain: Vec<f32>,
+    /// Weighted votes of the photographs for and against a texel.
+    votes: Vec<[f32; 2]>,
+    layers: usize,
 }
 
 /// Coarse colours are those of squares with this share of the texture's side.
@@ -38,6 +59,9 @@ const SQUARES: u32 = 128;
 const COARSE: i32 = 2;
 const FINE: i32 = 10;
 
+/// The same in votes on what is face.
+const VOTE: i32 = 3;
+
 impl Fusion {
     pub fn new(size: Size) -> Self {
         let texels = size.texels();
@@ -46,6 +70,9 @@ impl Fusion {
             coarse: vec![[0.0; 4]; texels],
             fine: vec![[0.0; 4]; texels],
             known: vec![0.0; texels],
+            certain: vec![0.0; texels],
+            votes: vec![[0.0; 2]; texels],
+            layers: 0,
         }
     }
 
@@ -62,15 +89,20 @@ impl Fusion {
             .coarse
             .chunks_mut(width)
             .zip(self.fine.chunks_mut(width))
-            .zip(self.known.chunks_mut(width));
-        for_each(rows, |y, ((coarse, fine), known)| {
+            .zip(self.known.chunks_mut(width))
+            .zip(self.certain.chunks_mut(width))
+            .zip(self.votes.chunks_mut(width));
+        self.layers += 1;
+        for_each(rows, |y, ((((coarse, fine), known), certain), votes)| {
             for x in 0..width {
                 let texel = y * width + x;
                 let is_known = layer.known[texel];
+                let facing = layer.facing[texel];
+                votes[x][0] += is_known * facing.powi(VOTE);
+                votes[x][1] += layer.denied[texel] * facing.powi(VOTE);
                 if is_known <= 0.0 {
                     continue;
                 }
-                let facing = layer.facing[texel];
                 let soft = coarse_of.at(self.size, texel);
                 let weights = [COARSE, FINE].map(|power| is_known * facing.powi(power) + 1e-9);
                 for k in 0..3 {
@@ -80,6 +112,7 @@ impl Fusion {
                 coarse[x][3] += weights[0];
                 fine[x][3] += weights[1];
                 known[x] = known[x].max(is_known);
+                certain[x] = certain[x].max(is_known * layer.apart[texel]);
             }
         });
     }
@@ -112,10 +145,23 @@ impl Fusion {
         std::array::from_fn(|k| (coarse[k] / coarse[3] + fine[k] / fine[3]).clamp(0.0, 1.0))
     }
 
-    /// The colours, and how far each is known.
-    pub fn finish(self) -> (Vec<[f32; 3]>, Vec<f32>) {
+    /// What all photographs show.
+    pub fn finish(self) -> Fused {
+        /// Shares of the votes for a texel at which it is not known, and known as well as it is seen.
+        const MAJORITY: [f32; 2] = [0.25, 0.55];
         let colors = map_indices(self.known.len(), |texel| self.color(texel));
-        (colors, self.known)
+        let Self { mut known, mut certain, votes, .. } = self;
+        if self.layers > 1 {
+            for ((known, certain), [for_it, against]) in
+                known.iter_mut().zip(&mut certain).zip(votes)
+            {
+                let share = for_it / (for_it + against).max(f32::MIN_POSITIVE);
+                let majority = smoothstep(MAJORITY[0], MAJORITY[1], share);
+                *known *= majority;
+                *certain *= majority;
+            }
+        }
+        Fused { colors, known, certain }
     }
 }
 
@@ -166,6 +212,8 @@ mod tests {
         Layer {
             colors: (0..size.texels()).map(|t| color(at(t)[0], at(t)[1])).collect(),
             known: (0..size.texels()).map(|t| known(at(t)[0])).collect(),
+            denied: vec![0.0; size.texels()],
+            apart: vec![1.0; size.texels()],
             facing: vec![0.9; size.texels()],
         }
     }
@@ -177,7 +225,7 @@ mod tests {
         let mut fusion = Fusion::new(size);
         let one = layer(size, color, |x| if x < 50 { 1.0 } else { 0.0 });
         fusion.add(one.clone());
-        let (colors, known) = fusion.finish();
+        let Fused { colors, known, .. } = fusion.finish();
         assert_eq!(known, one.known);
         for (texel, color) in colors.iter().enumerate().filter(|(texel, _)| texel % 64 < 50) {
             for k in 0..3 {
@@ -197,12 +245,29 @@ mod tests {
         fusion.add(layer(size, texture, |x| if x < 80 { 1.0 } else { 0.0 }));
         let darker = |x: u32, y: u32| texture(x, y).map(|value| 0.7 * value);
         fusion.add(layer(size, darker, |x| if x >= 40 { 1.0 } else { 0.0 }));
-        let (colors, _) = fusion.finish();
+        let colors = fusion.finish().colors;
         for (texel, color) in colors.iter().enumerate() {
             let wanted = texture(texel as u32 % 128, texel as u32 / 128);
             for k in 0..3 {
                 assert!((color[k] - wanted[k]).abs() < 0.02, "{texel}: {color:?} {wanted:?}");
             }
+        }
+    }
+
+    #[test]
+    fn what_most_photographs_deny_is_not_known() {
+        let size = Size::square(64);
+        let skin = |_, _| [0.6, 0.5, 0.4];
+        let mut fusion = Fusion::new(size);
+        for index in 0..3 {
+            let mut layer = layer(size, skin, |x| if index == 0 || x < 32 { 1.0 } else { 0.0 });
+            let denied = |texel: usize| if index > 0 && texel % 64 >= 48 { 1.0 } else { 0.0 };
+            layer.denied = (0..size.texels()).map(denied).collect();
+            fusion.add(layer);
+        }
+        let known = fusion.finish().known;
+        for (texel, known) in known.into_iter().enumerate() {
+            assert_eq!(known, if texel % 64 < 48 { 1.0 } else { 0.0 });
         }
     }
 }

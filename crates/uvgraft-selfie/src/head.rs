@@ -9,8 +9,10 @@ use uvgraft::{Anatomy, AnatomyError, Mesh, Texture};
 
 use crate::camera::Camera;
 use crate::components::Components;
-use crate::head_landmarks::{self, Drawing, HeadLandmark, HeadLandmarkError};
+use crate::drawing::{Drawing, plain};
+use crate::head_landmarks::{self, HeadLandmark, HeadLandmarkError};
 use crate::landmarks::CanonicalFace;
+use crate::pixels::Pixels;
 
 /// Why a mesh is not a head for photographs.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
@@ -70,9 +72,9 @@ impl Head {
     ) -> Result<Self, HeadError> {
         let anatomy = Anatomy::find(&mesh)?;
         let components = Components::new(&mesh, &anatomy);
-        let texture = texture.map(head_landmarks::plain);
+        let texture = texture.map(plain);
         let drawing = Drawing::new(&mesh, &anatomy, &components, texture.as_ref());
-        let landmarks = drawing.landmarks(&canonical.mates, &*detect)?;
+        let landmarks = head_landmarks::landmarks(&drawing, &canonical.mates, &*detect)?;
         let canonical = canonical.positions.iter().map(|&at| DVec3::from(at)).collect();
         let field = SurfaceField::new(&mesh, anatomy.frame().unit);
         Ok(Self {
@@ -113,15 +115,24 @@ impl Head {
         self.mesh.positions().iter().map(wide).collect()
     }
 
-    /// The landmarks as they are found when the head is seen by a camera; `None` if no face is found
-    /// in a drawing of it.
+    /// The head as it is drawn for networks.
+    pub(crate) fn drawing(&self) -> Drawing<'_> {
+        Drawing::new(&self.mesh, &self.anatomy, &self.components, self.texture.as_ref())
+    }
+
+    /// The landmarks as they are found when the head is drawn in the place of that in a photograph;
+    /// `None` if no face is found in the drawing.
     ///
-    /// Networks put landmarks at slightly other places from every side; those seen from the same side
-    /// as in a photograph are those of the photograph.
-    pub(crate) fn landmarks_from(&self, camera: &Camera) -> Option<Vec<HeadLandmark>> {
-        let texture = self.texture.as_ref();
-        let drawing = Drawing::new(&self.mesh, &self.anatomy, &self.components, texture);
-        drawing.seen_by(camera, &self.landmarks, &*self.detector.0)
+    /// Networks put landmarks at slightly other places from every side and in every light; those of
+    /// a drawing with the same are those of the photograph.
+    pub(crate) fn landmarks_in(
+        &self,
+        drawing: &Drawing<'_>,
+        camera: &Camera,
+        photo: &Pixels<'_>,
+    ) -> Option<Vec<HeadLandmark>> {
+        let detect = &*self.detector.0;
+        head_landmarks::in_photograph(drawing, camera, photo, &self.landmarks, detect)
     }
 
     /// Where landmarks are on the head with vertices at other positions.

@@ -1,6 +1,7 @@
-//! The colour of the irises in a photograph.
+//! The colours of the eyes in a photograph.
 
 use uvgraft::Texture;
+use uvgraft_avatar::eyes::EyeColors;
 
 use crate::color_model::median_color;
 use crate::outline::{FaceOutlines, Outline};
@@ -14,23 +15,26 @@ const RING: [f64; 2] = [0.42, 0.85];
 /// Fewest pixels of the ring.
 const FEWEST: usize = 8;
 
-/// The mean colour of both irises as a photograph shows them, sRGB with 1.0 for white; `None` if the
-/// eyes are closed, too small, or hardly darker than their white.
+/// The mean colours of both eyes as a photograph shows them; `None` if they are closed, too small, or
+/// the irises hardly darker than the white.
 ///
 /// - `unit_px`: the distance between the eyes in the photograph, in pixels.
-pub(crate) fn iris_color(
+pub(crate) fn eye_colors(
     photo: &Texture,
     outlines: &FaceOutlines,
     unit_px: f64,
-) -> Option<[f32; 3]> {
-    let found: Vec<[f32; 3]> =
+) -> Option<EyeColors> {
+    let found: Vec<EyeColors> =
         outlines.eyes.iter().filter_map(|eye| of_eye(photo, eye, unit_px)).collect();
     let count = found.len() as f32;
-    (!found.is_empty())
-        .then(|| std::array::from_fn(|k| found.iter().map(|color| color[k]).sum::<f32>() / count))
+    let mean = |of: &dyn Fn(&EyeColors) -> f32| found.iter().map(of).sum::<f32>() / count;
+    (!found.is_empty()).then(|| EyeColors {
+        iris: std::array::from_fn(|k| mean(&|eye| eye.iris[k])),
+        white: mean(&|eye| eye.white),
+    })
 }
 
-fn of_eye(photo: &Texture, eye: &Outline, unit_px: f64) -> Option<[f32; 3]> {
+fn of_eye(photo: &Texture, eye: &Outline, unit_px: f64) -> Option<EyeColors> {
     /// Pixels nearer to the lids are lashes or their shadow.
     const INSIDE: f64 = 0.012;
     let pixels: Vec<([f64; 2], [f32; 3])> = eye
@@ -67,9 +71,11 @@ fn of_eye(photo: &Texture, eye: &Outline, unit_px: f64) -> Option<[f32; 3]> {
     ring.sort_by(|a, b| luma(*a).total_cmp(&luma(*b)));
     let ring = &ring[ring.len() / 5..ring.len() - ring.len() / 4];
     let iris = median_color(ring.iter().copied())?;
-    let white = within([1.2, 2.2]);
-    let white = white.iter().map(|color| luma(*color)).fold(0.0, f32::max);
-    (white == 0.0 || luma(iris) < 0.85 * white).then_some(iris)
+    let mut around: Vec<f32> = within([1.2, 2.2]).into_iter().map(luma).collect();
+    around.sort_by(f32::total_cmp);
+    // The lightest are highlights, the darker ones lashes and the lids' shadows.
+    let white = around.get(around.len() * 9 / 10).copied().unwrap_or(1.0);
+    (luma(iris) < 0.85 * white).then_some(EyeColors { iris, white })
 }
 
 fn color(photo: &Texture, [x, y]: [f64; 2]) -> [f32; 3] {

@@ -33,6 +33,49 @@ pub struct SkinSample {
     pub weight: f64,
 }
 
+/// What a surface reflects.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct Reflection {
+    /// Unit normal of the surface, in the head's space.
+    pub normal: DVec3,
+    /// Of each channel, in linear space, by the surface's albedo.
+    pub factors: [f64; 3],
+    /// How much it counts.
+    pub weight: f64,
+}
+
+/// The light on surfaces of all directions, for each channel.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct Irradiance {
+    /// Coefficients of the harmonics, for each channel.
+    channels: [[f64; 9]; 3],
+}
+
+impl Irradiance {
+    /// Fits the light to what surfaces reflect; `None` if there are too few.
+    pub fn new(reflections: &[Reflection]) -> Option<Self> {
+        if reflections.len() < FEWEST {
+            return None;
+        }
+        let bases: Vec<Vector> =
+            reflections.iter().map(|reflection| harmonics(reflection.normal)).collect();
+        let weights: Vec<f64> = reflections.iter().map(|reflection| reflection.weight).collect();
+        let mut channels = [[0.0; 9]; 3];
+        for (channel, found) in channels.iter_mut().enumerate() {
+            let values: Vec<f64> =
+                reflections.iter().map(|reflection| reflection.factors[channel]).collect();
+            found.copy_from_slice(fitted(&bases, &values, &weights)?.as_slice());
+        }
+        Some(Self { channels })
+    }
+
+    /// The light on a surface, for each channel.
+    pub fn at(&self, normal: DVec3) -> [f64; 3] {
+        let basis = harmonics(normal);
+        self.channels.map(|channel| Vector::from(channel).dot(&basis))
+    }
+}
+
 /// Light relative to that on a surface that faces forward, for each channel.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Light {
@@ -62,22 +105,18 @@ impl Light {
         if samples.len() < FEWEST {
             return None;
         }
-        let bases: Vec<Vector> = samples.iter().map(|sample| harmonics(sample.normal)).collect();
-        let front = harmonics(forward);
-        let mut channels = [[0.0; 9]; 3];
-        for (channel, found) in channels.iter_mut().enumerate() {
-            let values: Vec<f64> = samples
-                .iter()
-                .map(|sample| f64::from(linear_from_srgb(sample.color[channel])))
-                .collect();
-            let weights: Vec<f64> = samples.iter().map(|sample| sample.weight).collect();
-            let fitted = fitted(&bases, &values, &weights)?;
-            let ahead = fitted.dot(&front);
-            if !(ahead.is_finite() && ahead > 1e-4) {
-                return None;
-            }
-            found.copy_from_slice((fitted / ahead).as_slice());
+        let linear = |sample: &SkinSample| Reflection {
+            normal: sample.normal,
+            factors: sample.color.map(|value| f64::from(linear_from_srgb(value))),
+            weight: sample.weight,
+        };
+        let light = Irradiance::new(&samples.iter().map(linear).collect::<Vec<_>>())?;
+        let ahead = light.at(forward);
+        if !ahead.iter().all(|&ahead| ahead.is_finite() && ahead > 1e-4) {
+            return None;
         }
+        let channels =
+            std::array::from_fn(|channel| light.channels[channel].map(|of| of / ahead[channel]));
         Some(Self { channels })
     }
 

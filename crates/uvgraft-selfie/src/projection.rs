@@ -14,7 +14,7 @@ use uvgraft::{
 };
 
 use crate::camera::Camera;
-use crate::depth_map::DepthMap;
+use crate::depth_map::{DepthMap, NOTHING};
 use crate::head::Head;
 use crate::layout_texels::LayoutTexels;
 use crate::normals::normals;
@@ -26,13 +26,17 @@ const DEPTH_SIDE: f64 = 1400.0;
 /// known fully.
 const FACING: [f64; 2] = [0.12, 0.42];
 
-/// Distances in eye distances: how far behind what is seen a texel may be (lids are thin), how far
-/// apart pixels of one surface may be, and how far from the head's silhouette and from steps of depth within it a texel must
-/// be. Fits are off by some pixels, and beside the silhouette is the background.
+/// Distances in eye distances: how far behind what is seen a texel may be (lids are thin), and how far
+/// apart pixels of one surface may be.
 const HIDDEN: f64 = 0.02;
 const SAME_SURFACE: f64 = 0.06;
+
+/// How far a texel must be from the head's silhouette, from steps of depth within it, and from its
+/// other parts, such as an eyeball beside a lid, in eye distances. Fits are off by some pixels, and
+/// beside the silhouette is the background.
 const FROM_SILHOUETTE: f64 = 0.05;
 const FROM_STEP: f64 = 0.015;
+const FROM_PART: f64 = 0.03;
 
 /// The same in pixels of the photograph, at least.
 const LEAST_PX: f64 = 1.0;
@@ -62,6 +66,8 @@ pub struct Projection {
     pub colors: Vec<[u8; 3]>,
     /// `[texels]`: how well each is seen, 0 to 1, by geometry alone.
     pub seen: Vec<f32>,
+    /// `[texels]`: how far from other parts of the head each is, such as an eyeball beside a lid, 0 to 1.
+    pub apart: Vec<f32>,
     /// `[texels]`: the cosine between normal and line of sight, 0 where nothing is seen.
     pub facing: Vec<f32>,
     /// `[vertices]`: the unit normals of the head as the photograph shows it.
@@ -131,14 +137,16 @@ pub(crate) fn project(
         let cosine = (eye - point).normalize().dot(normal);
         let facing = smoothstep_f64(FACING[0], FACING[1], cosine);
         let [x, y, _] = camera.project(point);
-        let seen = (facing * sight.clearness(point, cosine)) as f32;
-        Some([seen, cosine.max(0.0) as f32, x as f32, y as f32])
+        let part = head.components.of_vertex[corners[0]];
+        let [clear, apart] = sight.clearness(point, cosine, part);
+        Some([facing * clear, apart, cosine.max(0.0), x, y].map(|value| value as f32))
     };
-    let values = map_indices(texels.size().texels(), |texel| of_texel(texel).unwrap_or([0.0; 4]));
+    let values = map_indices(texels.size().texels(), |texel| of_texel(texel).unwrap_or([0.0; 5]));
     let seen = values.iter().map(|value| value[0]).collect();
-    let facing = values.iter().map(|value| value[1]).collect();
-    let px = values.iter().map(|&[_, _, x, y]| [x, y]).collect();
-    Ok(Projection { colors, seen, facing, normals: vertex_normals, px })
+    let apart = values.iter().map(|value| value[1]).collect();
+    let facing = values.iter().map(|value| value[2]).collect();
+    let px = values.iter().map(|&[_, _, _, x, y]| [x, y]).collect();
+    Ok(Projection { colors, seen, apart, facing, normals: vertex_normals, px })
 }
 
 /// The part of a photograph around the head.
@@ -213,10 +221,11 @@ struct Sight<'a> {
 
 impl Sight<'_> {
     /// How clearly a point is seen: not hidden, and away from silhouettes and from what is in front
-    /// of it, where a photograph shows a mixture.
+    /// of it, where a photograph shows a mixture; and how far it is from other parts of the head.
     ///
     /// - `cosine`: between the normal and the line of sight.
-    fn clearness(&self, point: DVec3, cosine: f64) -> f64 {
+    /// - `part`: the part of the head that it belongs to.
+    fn clearness(&self, point: DVec3, cosine: f64, part: u32) -> [f64; 2] {
         /// Directions in which steps of depth are looked for.
         const AROUND: [[f64; 2]; 8] = [
             [1.0, 0.0],
@@ -234,17 +243,27 @@ impl Sight<'_> {
         let nearest = |dx: f64, dy: f64| {
             f64::from(self.depths.depth((at[0] + dx).floor() as i64, (at[1] + dy).floor() as i64))
         };
+        let is_other_part = |dx: f64, dy: f64| {
+            let face = self.depths.face((at[0] + dx).floor() as i64, (at[1] + dy).floor() as i64);
+            face != NOTHING && {
+                let vertex = self.head.mesh.faces()[face as usize][0];
+                self.head.components.of_vertex[vertex as usize] != part
+            }
+        };
         let hidden = depth - nearest(0.0, 0.0);
         // A steep surface is farther away at one side of a pixel than at the other.
         let pixel = 1.0 / (self.camera.scale(depth) * self.scale);
         let steepness = (1.0 - cosine * cosine).max(0.0).sqrt() / cosine.max(0.05);
         if hidden > HIDDEN * unit + pixel * steepness {
-            return 0.0;
+            return [0.0; 2];
         }
         let per_unit = unit * self.camera.scale(depth);
-        let [silhouette, step] = [FROM_SILHOUETTE, FROM_STEP]
+        let [silhouette, step, part_reach] = [FROM_SILHOUETTE, FROM_STEP, FROM_PART]
             .map(|distance| (distance * per_unit).max(LEAST_PX) * self.scale);
-        let mut clear = 1.0_f64;
+        if is_other_part(0.0, 0.0) {
+            return [0.0; 2];
+        }
+        let [mut clear, mut apart] = [1.0_f64; 2];
         for [dx, dy] in AROUND {
             for (share, weight) in [(1.0, 0.5), (0.5, 0.0)] {
                 let reach = silhouette * share;
@@ -258,9 +277,13 @@ impl Sight<'_> {
                 if off.is_finite() && off > SAME_SURFACE * unit + slope {
                     clear = clear.min(weight);
                 }
+                let reach = part_reach * share;
+                if is_other_part(dx * reach, dy * reach) {
+                    apart = apart.min(weight);
+                }
             }
         }
-        clear
+        [clear, apart]
     }
 }
 

@@ -11,9 +11,9 @@ use uvgraft_avatar::eyes::clean_head;
 use crate::color_model::median_color;
 use crate::completion::Completion;
 use crate::fit::{Fit, FittedPhoto};
-use crate::fusion::{Fusion, Layer};
+use crate::fusion::{Fused, Fusion, Layer};
 use crate::head::Head;
-use crate::iris::iris_color;
+use crate::iris::eye_colors;
 use crate::layout_texels::LayoutTexels;
 use crate::light::{Light, Relight, SkinSample};
 use crate::outline::FaceOutlines;
@@ -56,7 +56,8 @@ pub enum SelfieError {
 pub struct SelfieTexture {
     /// Colours, complete: RGB, 8-bit sRGB.
     pub texture: Texture,
-    /// What the photographs show, grey data: 255 where a texel is known fully.
+    /// What the photographs show, grey data: 255 where a texel is known fully. Eyes, which are painted,
+    /// and the rims of lids are not.
     pub known: Texture,
 }
 
@@ -78,29 +79,36 @@ pub fn textured(
     let labeller = Labeller::with_anatomy(&head.mesh, head.anatomy.clone());
     let mut fusion = Fusion::new(options.size);
     let mut scalps = Vec::new();
-    let mut iris = None;
+    let mut colors_of_eyes = None;
     for index in by_frontality(head, fit) {
         let fitted = &fit.photos[index];
         let seen = project(head, &texels, &photos[index], &fitted.camera, &fitted.posed)?;
         let labels = labelled(&labeller, &seen, options.size);
         let (layer, scalp) = layer(head, &texels, seen, labels.as_ref(), fitted, options.relight);
         fusion.add(layer);
-        iris = iris.or_else(|| {
+        colors_of_eyes = colors_of_eyes.or_else(|| {
             let outlines = FaceOutlines::new(&fitted.landmarks);
-            iris_color(&photos[index], &outlines, unit_px(head, fitted))
+            eye_colors(&photos[index], &outlines, unit_px(head, fitted))
         });
         scalps.extend(scalp);
     }
-    let (colors, known) = fusion.finish();
+    let Fused { colors, known, certain } = fusion.finish();
     let completed = Completion::new(head, &texels).complete(colors, &known, median_color(scalps));
     let bytes = |value: f32| (value.clamp(0.0, 1.0) * 255.0 + 0.5) as u8;
     let colors = Texels::U8(completed.iter().flat_map(|color| color.map(bytes)).collect());
-    let known = Texels::U8(known.iter().map(|&known| bytes(known)).collect());
-    let known = Texture::new(options.size, Channels::Grey, Encoding::Data, known)?;
     let mut texture = Texture::new(options.size, Channels::Rgb, Encoding::Srgb, colors)?;
     let eyes: Vec<&[u32]> =
         head.components.eyeballs.iter().map(|ball| ball.vertices.as_slice()).collect();
-    clean_head(&head.mesh, &eyes, &mut texture, |x, y| known.get(x, y, 0) > 0.5, iris);
+    let at = |x: u32, y: u32| y as usize * options.size.width as usize + x as usize;
+    let is_seen = |x, y| known[at(x, y)] > 0.5;
+    clean_head(&head.mesh, &eyes, &mut texture, is_seen, colors_of_eyes);
+    // Eyes are painted anew.
+    let of_texel = |(at, &certain): (usize, &f32)| {
+        let is_eye = texels.face(at).is_some_and(|face| head.components.is_eye(&head.mesh, face));
+        if is_eye { 0 } else { bytes(certain) }
+    };
+    let taken = certain.iter().enumerate().map(of_texel).collect();
+    let known = Texture::new(options.size, Channels::Grey, Encoding::Data, Texels::U8(taken))?;
     Ok(SelfieTexture { texture, known })
 }
 
@@ -167,8 +175,10 @@ fn layer(
         heights: &heights,
     };
     let Segmentation { face, scalp } = evidence.segment();
-    let known = seen.seen.iter().zip(face).map(|(seen, face)| seen * face).collect();
-    (Layer { colors, known, facing: seen.facing }, scalp)
+    let shares = || seen.seen.iter().zip(&face);
+    let known = shares().map(|(seen, face)| seen * face).collect();
+    let denied = shares().map(|(seen, face)| seen * (1.0 - face)).collect();
+    (Layer { colors, known, denied, apart: seen.apart, facing: seen.facing }, scalp)
 }
 
 /// The distance between the eyes in a photograph, in pixels.

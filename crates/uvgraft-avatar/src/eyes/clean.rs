@@ -49,19 +49,27 @@ pub fn clean(avatar: &Avatar, texture: &mut Texture) -> CleanedEyes {
     paint(&avatar.mesh, &pieces, &eyeballs, texture, |_, _| true, None)
 }
 
+/// What a photograph shows of eyes.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct EyeColors {
+    /// Colour of the irises, sRGB with 1.0 for white.
+    pub iris: [f32; 3],
+    /// Luma of the lightest part of the sclera, in the same range.
+    pub white: f32,
+}
+
 /// As [`clean`], for the eyes of a head that looks along z with y up.
 ///
 /// - `eyes`: vertices of each eyeball, which must be a connected component of the mesh; those that
 ///   are not round are not painted.
 /// - `is_seen`: whether a texel, by column and row, shows the eye; others say nothing of its colour.
-/// - `iris`: the colour of both irises (sRGB, 1.0 for white), if it is known better than the texture
-///   shows it.
+/// - `colors`: of both eyes, if they are known better than the texture shows them.
 pub fn clean_head(
     mesh: &Mesh,
     eyes: &[&[u32]],
     texture: &mut Texture,
     is_seen: impl Fn(u32, u32) -> bool,
-    iris: Option<[f32; 3]>,
+    colors: Option<EyeColors>,
 ) -> CleanedEyes {
     let pieces = pieces(mesh);
     let eyeball = |vertices: &&[u32]| {
@@ -72,7 +80,7 @@ pub fn clean_head(
         Some(Eyeball { piece, vertices: vertices.to_vec(), center, radius })
     };
     let eyeballs: Vec<Eyeball> = eyes.iter().filter_map(eyeball).collect();
-    paint(mesh, &pieces, &eyeballs, texture, is_seen, iris)
+    paint(mesh, &pieces, &eyeballs, texture, is_seen, colors)
 }
 
 /// - `pieces`: of [`pieces()`].
@@ -82,7 +90,7 @@ fn paint(
     eyeballs: &[Eyeball],
     texture: &mut Texture,
     is_seen: impl Fn(u32, u32) -> bool,
-    iris: Option<[f32; 3]>,
+    colors: Option<EyeColors>,
 ) -> CleanedEyes {
     let eyes: Vec<(Gaze, Vec<usize>)> = eyeballs
         .iter()
@@ -105,11 +113,12 @@ fn paint(
             samples
         })
         .collect();
-    let irises = match iris {
-        Some(color) => vec![Iris { color, is_found: true }; eyes.len()],
+    let irises = match colors {
+        Some(EyeColors { iris, .. }) => vec![Iris { color: iris, is_found: true }; eyes.len()],
         None => irises(&samples),
     };
-    let light = white(&samples).map_or(1.0, |seen| (1.15 * seen / WHITE).clamp(DARKEST, 1.0));
+    let white = colors.map(|colors| colors.white).or_else(|| white(&samples));
+    let light = white.map_or(1.0, |seen| (1.15 * seen / WHITE).clamp(DARKEST, 1.0));
     let gutter = ((ChartRect::GUTTER * size.width.max(size.height) as f32) as u32).max(1);
     for (seed, ((gaze, faces), iris)) in (0..).zip(eyes.iter().zip(&irises)) {
         texels::each(mesh, faces, size, gutter, |x, y, point| {

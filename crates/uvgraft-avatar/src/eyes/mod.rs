@@ -13,6 +13,6 @@ mod iris;
 mod separate;
 mod texels;
 
-pub use self::clean::{CleanedEyes, clean, clean_head};
+pub use self::clean::{CleanedEyes, EyeColors, clean, clean_head};
 pub use self::iris::Iris;
 pub use self::separate::{SeparatedEyes, SeparationError};

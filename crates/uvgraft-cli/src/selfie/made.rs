@@ -6,7 +6,7 @@ use uvgraft::{Area, Mesh, Size, Texture};
 use uvgraft_avatar::body::BodyModel;
 use uvgraft_selfie::landmarks::FaceNetworks;
 use uvgraft_selfie::{
-    Fit, Head, HeadError, PhotoLandmarks, SelfieTexture, TextureOptions, textured,
+    Fit, Head, HeadError, PhotoLandmarks, Pixels, SelfieTexture, TextureOptions, textured,
 };
 
 use super::frames::Frames;
@@ -64,7 +64,7 @@ impl Selfie {
         );
         let head = head.map_err(|error| no_head(name, &error))?;
         let (photos, pixels) = photos?;
-        let fit = fitted(&head, &photos, flame)?.ok_or_else(|| {
+        let fit = fitted(&head, &photos, &pixels, flame)?.ok_or_else(|| {
             bad_input(format!("{name}: its head does not fit the face in the photographs"))
         })?;
         let windows =
@@ -145,14 +145,21 @@ fn read(
 }
 
 /// The fit by a tracker's parameters where they are known, and else by landmarks.
-fn fitted(head: &Head, photos: &[Photo], flame: Option<&BodyModel>) -> anyhow::Result<Option<Fit>> {
+fn fitted(
+    head: &Head,
+    photos: &[Photo],
+    pixels: &[Texture],
+    flame: Option<&BodyModel>,
+) -> anyhow::Result<Option<Fit>> {
     if let Some(model) = flame
         && let Some(fit) = tracked::fit(head, model, photos)?
     {
         return Ok(Some(fit));
     }
     let landmarks: Vec<PhotoLandmarks> = photos.iter().map(Photo::centered).collect();
-    Ok(Fit::new(head, &landmarks).map(|fit| {
+    let pixels: Vec<Pixels<'_>> =
+        photos.iter().zip(pixels).map(|(photo, pixels)| photo.centered_pixels(pixels)).collect();
+    Ok(Fit::new(head, &landmarks, &pixels).map(|fit| {
         let photos = photos.iter().zip(fit.photos);
         let photos = photos.map(|(photo, fitted)| photo.uncentered(fitted)).collect();
         Fit { photos, ..fit }

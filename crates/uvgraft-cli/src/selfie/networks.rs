@@ -26,6 +26,6 @@ pub(super) fn of_drawing(networks: &FaceNetworks, drawing: &Texture) -> Option<V
     /// Drawings look less like faces than photographs do.
     const LEAST_SCORE: f64 = 0.5;
     let face = networks.detect(drawing).into_iter().next()?;
-    let found = networks.landmarks(drawing, &face);
+    let found = networks.steady_landmarks(drawing, &face);
     (found.score >= LEAST_SCORE).then_some(found.points)
 }

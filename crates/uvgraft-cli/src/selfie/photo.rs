@@ -6,7 +6,7 @@ use uvgraft::{Depth, Size, Texture};
 use uvgraft_io::image::{self, Image};
 use uvgraft_io::tracking::TrackedFrame;
 use uvgraft_selfie::landmarks::{FaceError, FaceNetworks};
-use uvgraft_selfie::{Camera, FittedPhoto, PhotoLandmarks};
+use uvgraft_selfie::{Camera, FittedPhoto, PhotoLandmarks, Pixels};
 
 use super::frames::Frame;
 use super::options::PhotoArgs;
@@ -92,6 +92,13 @@ impl Photo {
         let [dx, dy] = self.off_center();
         let points = self.landmarks.points.iter().map(|&[x, y, z]| [x - dx, y - dy, z]);
         PhotoLandmarks { points: points.collect(), ..self.landmarks.clone() }
+    }
+
+    /// What is kept of its pixels, in the same way.
+    pub(super) fn centered_pixels<'a>(&self, kept: &'a Texture) -> Pixels<'a> {
+        let [dx, dy] = self.off_center();
+        let Window { offset: [x, y], scale } = self.window;
+        Pixels { texture: kept, offset: [x - dx, y - dy], scale }
     }
 
     /// A fit to [`Photo::centered`] as one to the photograph.

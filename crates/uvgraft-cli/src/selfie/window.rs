@@ -7,9 +7,9 @@ use uvgraft_selfie::FittedPhoto;
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Window {
     /// Its first column and row in the photograph.
-    offset: [f64; 2],
+    pub(super) offset: [f64; 2],
     /// Its pixels per pixel of the photograph.
-    scale: [f64; 2],
+    pub(super) scale: [f64; 2],
 }
 
 impl Window {

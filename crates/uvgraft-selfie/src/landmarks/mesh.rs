@@ -1,12 +1,14 @@
 //! The 468 landmarks of one face.
 //!
 //! The network sees the face upright in 192 × 192 texels. The first crop comes from the detector; the
-//! landmarks found in it make a better one, in which they are found again.
+//! landmarks found in it make a better one, in which they are found again. Where they are to be
+//! measured by, the mean over several crops is steadier.
 //!
 //! # Source
 //! Kartynnik et al., "Real-time Facial Surface Geometry from Monocular Video on Mobile GPUs", 2019, and
 //! the graph `face_landmark` of MediaPipe for the margins of crops.
 
+use uvgraft::threads;
 use uvgraft_io::face_networks::LANDMARKS;
 
 use super::FoundFace;
@@ -21,6 +23,16 @@ const RESOLUTION: usize = 192;
 /// Side of a crop, in sides of the box around a face.
 const MARGIN: f64 = 1.5;
 
+/// How crops differ from that around the landmarks: moved, as shares of its side; scaled; and turned,
+/// in radians. Twice as many change nothing.
+const JITTER: [[f64; 4]; 5] = [
+    [0.0, 0.0, 1.0, 0.0],
+    [0.02, 0.02, 0.95, 0.05],
+    [-0.02, 0.02, 1.05, -0.05],
+    [0.02, -0.02, 1.1, 0.03],
+    [-0.02, -0.02, 0.9, -0.03],
+];
+
 /// Checks that a network is one for landmarks.
 pub(super) fn check(network: &Network) -> Result<(), NetworkError> {
     network.check_lengths(RESOLUTION * RESOLUTION * 3, [1, LANDMARKS * 3])
@@ -32,8 +44,38 @@ pub(super) fn find(
     picture: &Picture<'_>,
     face: &FoundFace,
 ) -> (Vec<[f64; 3]>, f64) {
-    let first = in_crop(network, picture, &first_crop(face));
-    in_crop(network, picture, &crop_around(&first.0))
+    let first = in_crop(network, picture, &first_crop(face), None);
+    in_crop(network, picture, &crop_around(&first.0), None)
+}
+
+/// Landmarks as the mean of those found in several crops, half of them mirrored: a single crop is off
+/// by a pixel of the network's input, and to one side.
+///
+/// - `points`: as [`find`] finds them.
+/// - `mates`: for each landmark, that of the other side of the face.
+pub(super) fn averaged(
+    network: &Network,
+    picture: &Picture<'_>,
+    points: &[[f64; 3]],
+    mates: &[usize],
+) -> Vec<[f64; 3]> {
+    let middle = crop_around(points);
+    let crops: Vec<(Crop, bool)> = JITTER
+        .into_iter()
+        .flat_map(|[x, y, scale, turn]| {
+            let center = middle.position([0.5 + x, 0.5 + y]);
+            let crop = Crop { center, side: middle.side * scale, angle: middle.angle + turn };
+            [(crop, false), (crop, true)]
+        })
+        .collect();
+    let found = threads::map_indices(crops.len(), |index| {
+        let (crop, is_mirrored) = &crops[index];
+        in_crop(network, picture, crop, is_mirrored.then_some(mates)).0
+    });
+    let count = found.len() as f64;
+    (0..points.len())
+        .map(|at| std::array::from_fn(|k| found.iter().map(|p| p[at][k]).sum::<f64>() / count))
+        .collect()
 }
 
 fn first_crop(face: &FoundFace) -> Crop {
@@ -59,24 +101,49 @@ fn crop_around(points: &[[f64; 3]]) -> Crop {
     Crop { center, side: MARGIN * (right - left).max(bottom - top), angle }
 }
 
-fn in_crop(network: &Network, picture: &Picture<'_>, crop: &Crop) -> (Vec<[f64; 3]>, f64) {
-    let colors = picture.crop(crop, RESOLUTION, Outside::Nearest);
+/// Landmarks in a crop, in pixels of the photograph, and their score.
+///
+/// - `mates`: if the network is to see it mirrored: for each landmark, that of the other side.
+fn in_crop(
+    network: &Network,
+    picture: &Picture<'_>,
+    crop: &Crop,
+    mates: Option<&[usize]>,
+) -> (Vec<[f64; 3]>, f64) {
+    let mut colors = picture.crop(crop, RESOLUTION, Outside::Nearest);
+    if mates.is_some() {
+        colors.chunks_exact_mut(RESOLUTION).for_each(<[_]>::reverse);
+    }
     // The network was checked when it was loaded.
     let mut outputs = network.run(colors.as_flattened()).unwrap_or_default();
     outputs.sort_unstable_by_key(Vec::len);
     let [score, points] = &outputs[..] else { return (vec![[0.0; 3]; LANDMARKS], 0.0) };
     let texels = RESOLUTION as f64;
-    let placed = |point: &[f32; 3]| {
-        let [x, y, z] = point.map(|value| f64::from(value) / texels);
+    let points = points.as_chunks::<3>().0;
+    let placed = |index: usize| {
+        let [x, y, z] = points[mates.map_or(index, |mates| mates[index])]
+            .map(|value| f64::from(value) / texels);
+        let x = if mates.is_some() { 1.0 - x } else { x };
         let [x, y] = crop.position([x, y]);
         [x, y, z * crop.side]
     };
-    (points.as_chunks::<3>().0.iter().map(placed).collect(), logistic(score[0]))
+    ((0..points.len()).map(placed).collect(), logistic(score[0]))
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn crops_spread_evenly() {
+        for axis in [0, 1] {
+            let mean: f64 = JITTER.iter().map(|of| of[axis]).sum();
+            assert!(mean.abs() < 1e-12);
+        }
+        let [scale, turn] =
+            [2, 3].map(|k| JITTER.iter().map(|of| of[k]).sum::<f64>() / JITTER.len() as f64);
+        assert!((scale - 1.0).abs() < 0.01 && turn.abs() < 0.01);
+    }
 
     #[test]
     fn the_crop_turns_with_the_face() {

@@ -9,8 +9,8 @@ use uvgraft::{Mesh, Texture};
 use uvgraft_io::face_networks::import::{Imported, import};
 use uvgraft_selfie::landmarks::{FaceChoice, FaceError, FaceNetworks};
 use uvgraft_selfie::{
-    Camera, Fit, FittedPhoto, Head, HeadError, PhotoLandmarks, SelfieTexture, TextureOptions,
-    textured,
+    Camera, Fit, FittedPhoto, Head, HeadError, PhotoLandmarks, Pixels, SelfieTexture,
+    TextureOptions, textured,
 };
 
 use super::camera::Pinhole;
@@ -54,7 +54,7 @@ pub fn prepared(
     let of_drawings = networks.clone();
     let detect = move |drawing: &Texture| {
         let faces = of_drawings.detect(drawing);
-        faces.first().map(|face| of_drawings.landmarks(drawing, face).points)
+        faces.first().map(|face| of_drawings.steady_landmarks(drawing, face).points)
     };
     Head::new(mesh, texture, networks.canonical(), Arc::new(detect))
 }
@@ -92,7 +92,8 @@ impl Reconstruction {
         landmarks: &[PhotoLandmarks],
         options: &TextureOptions,
     ) -> Self {
-        let fit = Fit::new(head, landmarks).expect("landmarks of a face");
+        let pixels: Vec<Pixels<'_>> = pictures.iter().map(Pixels::whole).collect();
+        let fit = Fit::new(head, landmarks, &pixels).expect("landmarks of a face");
         let result = textured(head, &fit, pictures, options).expect("a texture");
         Self { fit, result }
     }
