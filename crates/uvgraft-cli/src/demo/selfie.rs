@@ -1,0 +1,118 @@
+//! An avatar of a photograph for the demo.
+
+use std::path::{Path, PathBuf};
+
+use clap::Parser;
+use uvgraft::{Averaging, Channels, Depth, Filter, Size, Texture};
+use uvgraft_figure::Figure;
+use uvgraft_gltf::scene::{PoseRequest, Scene};
+use uvgraft_io::image::{self, Image, WriteOptions};
+use uvgraft_render::{Perspective, RenderOptions, Renderer, View};
+
+use super::avatar::{body, head};
+use super::views::render;
+use crate::avatar;
+use crate::failure::OrBadInput;
+use crate::picture::Picture as Sheet;
+use crate::weights;
+
+const PANEL: Size = Size::new(400, 540);
+const BACKGROUND: [u8; 3] = [24, 26, 30];
+
+/// The avatar's files, in memory.
+pub(super) struct Files {
+    pub(super) glb: Vec<u8>,
+    /// The photograph, and the avatar from the front, the side and as a whole.
+    pub(super) sheet: Sheet,
+}
+
+/// The command that makes an avatar.
+#[derive(Parser)]
+struct Command {
+    #[command(flatten)]
+    args: avatar::Args,
+}
+
+/// The photograph to use; `None` without networks that find faces.
+///
+/// - `given`: if one is asked for.
+/// - `texture`: of the figure's body; a photograph of it is written to `folder` if there is no other.
+pub(super) fn photo(
+    given: Option<&Path>,
+    figure: &Figure,
+    texture: &Texture,
+    folder: &Path,
+) -> anyhow::Result<Option<PathBuf>> {
+    if let Some(path) = given {
+        return Ok(Some(path.to_path_buf()));
+    }
+    if weights::face_models()?.is_none() {
+        return Ok(None);
+    }
+    let fetched = std::env::var_os("UVGRAFT_TEST_DATA");
+    let fetched = fetched.map_or_else(|| PathBuf::from("target/test-data"), PathBuf::from);
+    let astronaut = fetched.join("photographs/astronaut.png");
+    if astronaut.is_file() {
+        return Ok(Some(astronaut));
+    }
+    const PORTRAIT: View =
+        View { azimuth: 8.0, elevation: 3.0, target: [0.0, 1.57, 0.0], height: 0.55, floor: false };
+    let picture = render(&figure.body, texture, &PORTRAIT, Size::new(900, 1200));
+    let path = folder.join("photo.png");
+    // 8-bit PNG files lose nothing.
+    let _ = image::write(&Image::from(picture), &path, &WriteOptions::default())?;
+    Ok(Some(path))
+}
+
+impl Files {
+    /// Makes the figure an avatar of a photograph, as `uvgraft avatar --selfie` does.
+    ///
+    /// - `folder`: where the file is written to.
+    pub(super) fn new(photo: &Path, folder: &Path) -> anyhow::Result<Self> {
+        let output = folder.join("selfie.glb");
+        let words = ["avatar", "--body", "demo", "-o"].map(Into::into);
+        let words = words.into_iter().chain([output.clone().into_os_string()]);
+        let words = words.chain(["--selfie".into(), photo.as_os_str().to_owned()]);
+        let Command { args } = Command::try_parse_from(words)?;
+        avatar::make(&args)?;
+        let glb = std::fs::read(&output)?;
+        let photo = image::read(photo).or_bad_input()?.texture;
+        let sheet = sheet(&glb, photo)?;
+        Ok(Self { glb, sheet })
+    }
+}
+
+fn sheet(glb: &[u8], photo: Texture) -> anyhow::Result<Sheet> {
+    const GAP: u32 = 8;
+    let scene = Scene::read(glb)?;
+    let renderer = Renderer::for_scene(&scene);
+    let mut panels = vec![fitted(photo)?];
+    for camera in [head(0.0), head(35.0), body(15.0)] {
+        panels.push(shot(&scene, &renderer, &camera)?);
+    }
+    let count = panels.len() as u32;
+    let size = Size::new(count * PANEL.width + (count - 1) * GAP, PANEL.height);
+    let mut sheet = Sheet::new(size, BACKGROUND);
+    for (column, panel) in (0..).zip(&panels) {
+        let room = [PANEL.width - panel.size().width, PANEL.height - panel.size().height];
+        sheet.paste(panel, column * (PANEL.width + GAP) + room[0] / 2, room[1] / 2);
+    }
+    Ok(sheet)
+}
+
+fn shot(scene: &Scene, renderer: &Renderer, camera: &Perspective) -> anyhow::Result<Texture> {
+    let options = RenderOptions { floor: Some(0.0), ..RenderOptions::default() };
+    Ok(renderer.render(&scene.pose(&PoseRequest::default())?, camera, &options, PANEL))
+}
+
+/// A photograph as large as a panel allows.
+fn fitted(photo: Texture) -> anyhow::Result<Texture> {
+    let size = photo.size();
+    let [across, down] = [(PANEL.width, size.width), (PANEL.height, size.height)]
+        .map(|(room, side)| f64::from(room) / f64::from(side));
+    let scale = across.min(down);
+    let side = |length: u32| ((f64::from(length) * scale) as u32).max(1);
+    let small = Size::new(side(size.width), side(size.height));
+    let photo = photo.encoded_as(uvgraft::Encoding::Srgb).converted(Channels::Rgb, Depth::U8);
+    Ok(photo.resized(small, Filter::Lanczos3, Averaging::Encoded)?)
+}
