@@ -8,7 +8,7 @@
 //! [`SurfaceField`](uvgraft::surface_field)), and everything loose in it moves along. What a single
 //! photograph shows beyond the common shape is its expression.
 
-use glam::{DMat3, DVec3};
+use glam::{DMat3, DQuat, DVec3};
 use uvgraft::Size;
 use uvgraft::easing::smoothstep_f64;
 use uvgraft::surface_field::{FieldValue, Smoothness};
@@ -151,8 +151,10 @@ impl View {
         photo: &PhotoLandmarks,
         pixels: &Pixels<'_>,
     ) -> Option<Self> {
-        /// How often the head is drawn from the side that the last drawing told.
+        /// How often the head is drawn from the side that the last drawing told, at most.
         const DRAWINGS: usize = 4;
+        /// A turn, in radians, after which another drawing tells nothing new.
+        const SETTLED: f64 = 0.004;
         assert_eq!(photo.points.len(), head.landmarks.len(), "landmarks of a photograph");
         let photo = photo.steadied();
         let used: Vec<usize> =
@@ -165,8 +167,13 @@ impl View {
         let mut view = Self { photo, camera, landmarks: head.landmarks.clone() };
         for _ in 0..DRAWINGS {
             let Some(landmarks) = head.landmarks_in(drawing, &view.camera, pixels) else { break };
+            let before = view.camera.rotation;
             view.landmarks = landmarks;
             view.refine(head, rest);
+            let turn = DQuat::from_mat3(&(view.camera.rotation * before.transpose()));
+            if turn.to_axis_angle().1 < SETTLED {
+                break;
+            }
         }
         Some(view)
     }
