@@ -36,6 +36,7 @@ viewer:
 # Tests with real meshes run if UVGRAFT_DATA names their folder, and report it if they are skipped.
 test: viewer
 	@scripts/fetch-test-data.sh
+	@scripts/fetch-open-body.sh
 	@scripts/install-browser.sh
 	@test -n "$(CXX_FOUND)" || \
 		echo "there is no C++ compiler (c++): tests of FLIP and of simplifying are skipped"
