@@ -7,6 +7,9 @@
 //! believed. The head's surface is bent to these places, smoothly (see
 //! [`SurfaceField`](uvgraft::surface_field)), and everything loose in it moves along. What a single
 //! photograph shows beyond the common shape is its expression.
+//!
+//! A head with a model gets the shape and the expressions that its model has first, and is bent only
+//! by what these leave.
 
 use glam::{DMat3, DQuat, DVec3};
 use uvgraft::Size;
@@ -18,6 +21,7 @@ use crate::drawing::Drawing;
 use crate::expression;
 use crate::head::Head;
 use crate::head_landmarks::{HeadLandmark, steadied};
+use crate::model_space::{ModelSpace, Sighting};
 use crate::normals::normals;
 use crate::pixels::Pixels;
 
@@ -114,15 +118,42 @@ impl Fit {
             .map(|(photo, pixels)| View::new((head, &drawing), &rest, photo, pixels))
             .collect::<Option<Vec<View>>>()?;
         let hold = held_still(head);
-        let mut places = self::places(head, &views, &rest, &rest);
-        neutralise(head, &mut places);
-        let shaped = bent(head, &rest, SHAPE, &hold, &places)?;
-        let fitted = views.iter().zip(photos).map(|(view, given)| {
-            let mut places = self::places(head, std::slice::from_ref(view), &shaped, &shaped);
+        let (shaped, expressive) = match &head.model {
+            Some(model) => {
+                let sightings: Vec<_> =
+                    views.iter().map(|view| view.sightings(head, &rest)).collect();
+                let found = model.fitted(head, &sightings)?;
+                let shaped = ModelSpace::moved(&model.shapes, &found.shape, &rest);
+                let expressive: Vec<Vec<DVec3>> = found
+                    .expressions
+                    .iter()
+                    .map(|expression| ModelSpace::moved(&model.expressions, expression, &shaped))
+                    .collect();
+                // What the model has no shape for.
+                let places = self::places(head, &views, &expressive);
+                let bent = bent(head, &shaped, SHAPE, &hold, &places)?;
+                let expressive = expressive.into_iter().map(|posed| {
+                    let moved = posed.iter().zip(&bent).zip(&shaped);
+                    moved.map(|((&posed, &bent), &shaped)| posed + (bent - shaped)).collect()
+                });
+                let expressive = expressive.collect();
+                (bent, expressive)
+            }
+            None => {
+                let mut places = self::places(head, &views, &vec![rest.clone(); views.len()]);
+                neutralise(head, &mut places);
+                let shaped = bent(head, &rest, SHAPE, &hold, &places)?;
+                let expressive = vec![shaped.clone(); views.len()];
+                (shaped, expressive)
+            }
+        };
+        let fitted = views.iter().zip(photos).zip(expressive).map(|((view, given), from)| {
+            let of_view = std::slice::from_ref(view);
+            let mut places = self::places(head, of_view, std::slice::from_ref(&from));
             for (place, landmark) in places.iter_mut().zip(&view.landmarks) {
                 place.at = landmark.at;
             }
-            let posed = bent(head, &shaped, EXPRESSION, &hold, &places)?;
+            let posed = bent(head, &from, EXPRESSION, &hold, &places)?;
             let residual_px = view.residual(head, &posed);
             Some(FittedPhoto {
                 camera: view.camera,
@@ -218,6 +249,22 @@ impl View {
         seen.iter().map(|point| mean_now + (point[2] - mean_seen) * per_pixel).collect()
     }
 
+    /// What the photograph tells of each landmark, beside where it is on the head so far.
+    fn sightings(&self, head: &Head, from: &[DVec3]) -> Vec<(HeadLandmark, Sighting)> {
+        let points = head.points_of(&self.landmarks, from);
+        let depths = self.depths(&points);
+        let facing = self.facing(head, from);
+        let sighting = |(index, landmark): (usize, &HeadLandmark)| {
+            let [x, y, _] = self.photo.points[index];
+            let seen = self.camera.unproject([x, y], depths[index]);
+            let along = outer((seen - self.camera.eye()).normalize());
+            let weight = facing[index] * landmark.certainty;
+            let certainty = (DMat3::IDENTITY - along * (1.0 - DEPTH_TRUST)) * weight;
+            (*landmark, Sighting { moved: seen - points[index], certainty, along, weight })
+        };
+        self.landmarks.iter().enumerate().map(sighting).collect()
+    }
+
     /// The median distance of the landmarks from those of the fitted head, in pixels.
     fn residual(&self, head: &Head, posed: &[DVec3]) -> f64 {
         let points = head.points_of(&self.landmarks, posed);
@@ -239,37 +286,21 @@ impl View {
     }
 }
 
-/// Where photographs put landmarks, as displacements from `from`.
+/// Where photographs put landmarks, as displacements from where they are.
 ///
-/// - `now`: the shape so far; depths are relative to it.
-fn places(head: &Head, views: &[View], now: &[DVec3], from: &[DVec3]) -> Vec<FieldValue> {
+/// - `from`: `[photographs][vertices]`, the head in each so far; depths are relative to it.
+fn places(head: &Head, views: &[View], from: &[Vec<DVec3>]) -> Vec<FieldValue> {
     let unit = head.unit();
-    struct Seen {
-        from: Vec<DVec3>,
-        depths: Vec<f64>,
-        facing: Vec<f64>,
-    }
-    let seen: Vec<Seen> = views
-        .iter()
-        .map(|view| Seen {
-            from: head.points_of(&view.landmarks, from),
-            depths: view.depths(&head.points_of(&view.landmarks, now)),
-            facing: view.facing(head, now),
-        })
-        .collect();
+    let seen: Vec<Vec<(HeadLandmark, Sighting)>> =
+        views.iter().zip(from).map(|(view, from)| view.sightings(head, from)).collect();
     let place = |(index, landmark): (usize, &HeadLandmark)| {
         let mut matrix = DMat3::from_diagonal(DVec3::splat(REST));
         let mut right = DVec3::ZERO;
         let mut total = 0.0;
-        for (view, known) in views.iter().zip(&seen) {
-            let [x, y, _] = view.photo.points[index];
-            let seen = view.camera.unproject([x, y], known.depths[index]);
-            let sight = (seen - view.camera.eye()).normalize();
-            let along = outer(sight);
-            let weight = known.facing[index] * view.landmarks[index].certainty;
-            let by_direction = (DMat3::IDENTITY - along * (1.0 - DEPTH_TRUST)) * weight;
-            matrix += by_direction + along * (REST_DEPTH / views.len() as f64);
-            right += by_direction * (seen - known.from[index]);
+        for sightings in &seen {
+            let (_, Sighting { moved, certainty, along, weight }) = sightings[index];
+            matrix += certainty + along * (REST_DEPTH / views.len() as f64);
+            right += certainty * moved;
             total += weight;
         }
         let value = matrix.inverse() * right;

@@ -12,6 +12,7 @@ use crate::components::Components;
 use crate::drawing::{Drawing, plain};
 use crate::head_landmarks::{self, HeadLandmark, HeadLandmarkError};
 use crate::landmarks::CanonicalFace;
+use crate::model_space::ModelSpace;
 use crate::pixels::Pixels;
 
 /// Why a mesh is not a head for photographs.
@@ -50,6 +51,7 @@ pub struct Head {
     /// The landmarks of the average face, in centimetres: x to its left, y up, z forwards.
     pub(crate) canonical: Vec<DVec3>,
     pub(crate) field: SurfaceField,
+    pub(crate) model: Option<ModelSpace>,
     texture: Option<Texture>,
     detector: Detector,
 }
@@ -84,9 +86,23 @@ impl Head {
             landmarks,
             canonical,
             field,
+            model: None,
             texture,
             detector: Detector(detect),
         })
+    }
+
+    /// The head with the shapes and expressions of its model, which photographs are then fitted with.
+    ///
+    /// # Panics
+    /// If a displacement has another number of vertices than the mesh.
+    #[must_use]
+    pub fn with_model(mut self, model: ModelSpace) -> Self {
+        let vertices = self.mesh.positions().len();
+        let mut all = model.shapes.iter().chain(&model.expressions);
+        assert!(all.all(|by| by.len() == vertices), "vertices of a model's displacements");
+        self.model = Some(model);
+        self
     }
 
     /// The mesh, at rest.

@@ -7,9 +7,12 @@
 
 use std::sync::LazyLock;
 
+use glam::DVec3;
 use uvgraft::{Size, Texture};
 use uvgraft_selfie::landmarks::FaceNetworks;
-use uvgraft_selfie::{Head, PhotoLandmarks, Relight, TextureOptions};
+use uvgraft_selfie::{
+    Fit, Head, ModelSpace, PhotoLandmarks, Pixels, Relight, TextureOptions,
+};
 use uvgraft_tests::photographed::{
     Judgement, Photograph, Reconstruction, Shot, Subject, landmark_error_mm, landmarks, networks,
     prepared, views,
@@ -102,6 +105,62 @@ fn landmarks_are_found_again_on_the_result() {
         let error = landmark_error_mm(&photograph, points, images);
         assert!(error <= 1.5, "{error} mm at {}°", shot.angles[0]);
     }
+}
+
+/// A head's model with two shapes and an expression, in standard deviations.
+fn model(head: &Head) -> ModelSpace {
+    let frame = head.anatomy().frame();
+    let axes = frame.axes.map(DVec3::from);
+    let field = |by: &dyn Fn(DVec3) -> DVec3| -> Vec<DVec3> {
+        let of = |at: &[f32; 3]| {
+            let local = by(DVec3::from(frame.local(at.map(f64::from)))) * frame.unit;
+            axes[0] * local.x + axes[1] * local.y + axes[2] * local.z
+        };
+        head.mesh().positions().iter().map(of).collect()
+    };
+    let near = |at: DVec3, x: f64, y: f64, reach: f64| {
+        (-((at.x - x).powi(2) + (at.y - y).powi(2)) / (reach * reach)).exp()
+    };
+    ModelSpace {
+        shapes: vec![
+            field(&|at| DVec3::X * 0.05 * at.x * near(at, 0.0, -1.0, 1.5)),
+            field(&|at| DVec3::NEG_Y * 0.1 * near(at, 0.0, -1.6, 0.8)),
+        ],
+        expressions: vec![field(&|at| {
+            let corners = [-0.4, 0.4].map(|x| near(at, x, -1.15, 0.3) * x.signum());
+            let [right, left] = corners.map(|by| DVec3::new(0.1 * by, 0.08 * by.abs(), 0.0));
+            right + left
+        })],
+    }
+}
+
+#[test]
+fn a_model_tells_shape_and_expression_apart() {
+    let (Some(networks), Some(plain)) = (NETWORKS.as_ref(), HEAD.as_ref()) else { return };
+    let space = model(plain);
+    let (wide, long, smile) = (1.5, -1.2, 1.0);
+    let rest: Vec<DVec3> =
+        plain.mesh().positions().iter().map(|at| DVec3::from(at.map(f64::from))).collect();
+    let shaped: Vec<DVec3> = (0..rest.len())
+        .map(|at| rest[at] + space.shapes[0][at] * wide + space.shapes[1][at] * long)
+        .collect();
+    let posed = (0..rest.len()).map(|at| shaped[at] + space.expressions[0][at] * smile);
+    let posed = posed.map(|at| at.as_vec3().to_array()).collect();
+    let mut subject = FIGURE.clone();
+    subject.head = subject.head.with_positions(posed).unwrap();
+    let photograph = Shot::PORTRAIT.take(&subject);
+    let found =
+        landmarks(networks, &photograph.picture, Some(photograph.camera.focal_px)).unwrap();
+    let error = |head: &Head| {
+        let pixels = [Pixels::whole(&photograph.picture)];
+        let fit = Fit::new(head, std::slice::from_ref(&found), &pixels).unwrap();
+        let errors = (0..rest.len()).filter(|&at| space.expressions[0][at].length() > 1e-3);
+        let errors: Vec<f64> = errors.map(|at| fit.shaped[at].distance(shaped[at])).collect();
+        1000.0 * errors.iter().sum::<f64>() / errors.len() as f64
+    };
+    let head = prepared(FIGURE.head.clone(), Some(&FIGURE.texture), networks).unwrap();
+    let (without, with) = (error(plain), error(&head.with_model(space.clone())));
+    assert!(with < 0.6 * without, "{with} mm with the model, {without} mm without");
 }
 
 #[test]

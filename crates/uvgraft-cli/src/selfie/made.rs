@@ -2,11 +2,12 @@
 
 use std::sync::Arc;
 
+use glam::DVec3;
 use uvgraft::{Area, Mesh, Size, Texture};
-use uvgraft_avatar::body::BodyModel;
+use uvgraft_avatar::body::{BodyModel, Shape};
 use uvgraft_selfie::landmarks::FaceNetworks;
 use uvgraft_selfie::{
-    Fit, Head, HeadError, PhotoLandmarks, Pixels, SelfieTexture, TextureOptions, textured,
+    Fit, Head, HeadError, ModelSpace, PhotoLandmarks, Pixels, SelfieTexture, TextureOptions, textured,
 };
 
 use super::frames::Frames;
@@ -32,7 +33,7 @@ pub(crate) struct GivenHead<'a> {
     pub(crate) mesh: Mesh,
     /// What to call it in messages.
     pub(crate) name: &'a str,
-    /// The model that it is of, for the parameters of tracked videos.
+    /// The model that it is of, for its shapes and expressions, and for the parameters of tracked videos.
     pub(crate) flame: Option<&'a BodyModel>,
 }
 
@@ -63,6 +64,11 @@ impl Selfie {
             || read(frames, &networks, args),
         );
         let head = head.map_err(|error| no_head(name, &error))?;
+        let space = flame.map(|model| model_space(model, head.mesh())).transpose()?.flatten();
+        let head = match space {
+            Some(space) => head.with_model(space),
+            None => head,
+        };
         let (photos, pixels) = photos?;
         let fit = fitted(&head, &photos, &pixels, flame)?.ok_or_else(|| {
             bad_input(format!("{name}: its head does not fit the face in the photographs"))
@@ -163,6 +169,45 @@ fn fitted(
         let photos = photos.iter().zip(fit.photos);
         let photos = photos.map(|(photo, fitted)| photo.uncentered(fitted)).collect();
         Fit { photos, ..fit }
+    }))
+}
+
+/// The first shapes and expressions of a model; `None` if the mesh is not the model at rest.
+fn model_space(model: &BodyModel, mesh: &Mesh) -> anyhow::Result<Option<ModelSpace>> {
+    /// Numbers of coefficients: what 468 landmarks can tell, most of all.
+    const SHAPES: usize = 60;
+    const EXPRESSIONS: usize = 40;
+    /// A difference that is rounding, in metres.
+    const SAME: f32 = 1e-4;
+    let positions = |shape: &Shape| {
+        let shaped = model.shaped(shape).or_bad_input()?;
+        let wide = |at: &[f32; 3]| glam::Vec3::from(*at).as_dvec3();
+        anyhow::Ok(shaped.positions().iter().map(wide).collect::<Vec<DVec3>>())
+    };
+    let rest = positions(&Shape::default())?;
+    let is_same = |(at, rest): (&[f32; 3], &DVec3)| {
+        glam::Vec3::from(*at).distance(rest.as_vec3()) < SAME
+    };
+    let given = mesh.positions();
+    if given.len() != rest.len() || !given.iter().zip(&rest).all(is_same) {
+        return Ok(None);
+    }
+    let moved = |shape: &Shape| {
+        let moved = positions(shape)?;
+        anyhow::Ok(moved.into_iter().zip(&rest).map(|(at, rest)| at - rest).collect())
+    };
+    let only = |index: usize| {
+        let mut coefficients = vec![0.0; index + 1];
+        coefficients[index] = 1.0;
+        coefficients
+    };
+    let shapes = (0..model.betas().min(SHAPES))
+        .map(|index| moved(&Shape { betas: only(index), ..Shape::default() }));
+    let expressions = (0..model.expressions().min(EXPRESSIONS))
+        .map(|index| moved(&Shape { expression: only(index), ..Shape::default() }));
+    Ok(Some(ModelSpace {
+        shapes: shapes.collect::<anyhow::Result<_>>()?,
+        expressions: expressions.collect::<anyhow::Result<_>>()?,
     }))
 }
 

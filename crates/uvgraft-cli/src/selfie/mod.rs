@@ -82,9 +82,7 @@ const MOST_TEXELS: usize = 4096 * 4096;
 pub(crate) fn run(args: &Args) -> anyhow::Result<ExitCode> {
     let frames = args.check()?;
     let (mesh, name) = read_head(&args.head)?;
-    // The parameters of trackers are of use only with the model.
-    let is_tracked = matches!(frames, Frames::Tracked(_));
-    let flame = is_tracked.then(|| tracked::flame(&args.head)).flatten();
+    let flame = tracked::flame(&args.head);
     let head = GivenHead { mesh, name: &name, flame: flame.as_ref() };
     let selfie = Selfie::new(head, &frames, &args.photographs, args.size)?;
     let mut text = selfie.text(&name);
