@@ -112,7 +112,7 @@ impl Fit {
         assert_eq!(photos.len(), pixels.len(), "photographs");
         let rest = head.positions();
         let drawing = head.drawing();
-        let views = photos
+        let mut views = photos
             .iter()
             .zip(pixels)
             .map(|(photo, pixels)| View::new((head, &drawing), &rest, photo, pixels))
@@ -120,15 +120,22 @@ impl Fit {
         let hold = held_still(head);
         let (shaped, expressive) = match &head.model {
             Some(model) => {
-                let sightings: Vec<_> =
-                    views.iter().map(|view| view.sightings(head, &rest)).collect();
-                let found = model.fitted(head, &sightings)?;
-                let shaped = ModelSpace::moved(&model.shapes, &found.shape, &rest);
-                let expressive: Vec<Vec<DVec3>> = found
-                    .expressions
-                    .iter()
-                    .map(|expression| ModelSpace::moved(&model.expressions, expression, &shaped))
-                    .collect();
+                // Of a shape that is known so well the pose can be adjusted to it.
+                const ROUNDS: usize = 12;
+                let mut shaped = rest.clone();
+                let mut expressive = vec![rest.clone(); views.len()];
+                for _ in 0..ROUNDS {
+                    let sightings: Vec<_> =
+                        views.iter().map(|view| view.sightings(head, &rest)).collect();
+                    let found = model.fitted(head, &sightings)?;
+                    shaped = ModelSpace::moved(&model.shapes, &found.shape, &rest);
+                    for (posed, by) in expressive.iter_mut().zip(&found.expressions) {
+                        *posed = ModelSpace::moved(&model.expressions, by, &shaped);
+                    }
+                    for (view, posed) in views.iter_mut().zip(&expressive) {
+                        view.refine(head, posed);
+                    }
+                }
                 // What the model has no shape for.
                 let places = self::places(head, &views, &expressive);
                 let bent = bent(head, &shaped, SHAPE, &hold, &places)?;

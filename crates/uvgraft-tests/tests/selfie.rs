@@ -10,9 +10,7 @@ use std::sync::LazyLock;
 use glam::DVec3;
 use uvgraft::{Size, Texture};
 use uvgraft_selfie::landmarks::FaceNetworks;
-use uvgraft_selfie::{
-    Fit, Head, ModelSpace, PhotoLandmarks, Pixels, Relight, TextureOptions,
-};
+use uvgraft_selfie::{Fit, Head, ModelSpace, PhotoLandmarks, Pixels, Relight, TextureOptions};
 use uvgraft_tests::photographed::{
     Judgement, Photograph, Reconstruction, Shot, Subject, landmark_error_mm, landmarks, networks,
     prepared, views,
@@ -149,8 +147,7 @@ fn a_model_tells_shape_and_expression_apart() {
     let mut subject = FIGURE.clone();
     subject.head = subject.head.with_positions(posed).unwrap();
     let photograph = Shot::PORTRAIT.take(&subject);
-    let found =
-        landmarks(networks, &photograph.picture, Some(photograph.camera.focal_px)).unwrap();
+    let found = landmarks(networks, &photograph.picture, Some(photograph.camera.focal_px)).unwrap();
     let error = |head: &Head| {
         let pixels = [Pixels::whole(&photograph.picture)];
         let fit = Fit::new(head, std::slice::from_ref(&found), &pixels).unwrap();

@@ -7,7 +7,8 @@ use uvgraft::{Area, Mesh, Size, Texture};
 use uvgraft_avatar::body::{BodyModel, Shape};
 use uvgraft_selfie::landmarks::FaceNetworks;
 use uvgraft_selfie::{
-    Fit, Head, HeadError, ModelSpace, PhotoLandmarks, Pixels, SelfieTexture, TextureOptions, textured,
+    Fit, Head, HeadError, ModelSpace, PhotoLandmarks, Pixels, SelfieTexture, TextureOptions,
+    textured,
 };
 
 use super::frames::Frames;
@@ -185,9 +186,8 @@ fn model_space(model: &BodyModel, mesh: &Mesh) -> anyhow::Result<Option<ModelSpa
         anyhow::Ok(shaped.positions().iter().map(wide).collect::<Vec<DVec3>>())
     };
     let rest = positions(&Shape::default())?;
-    let is_same = |(at, rest): (&[f32; 3], &DVec3)| {
-        glam::Vec3::from(*at).distance(rest.as_vec3()) < SAME
-    };
+    let is_same =
+        |(at, rest): (&[f32; 3], &DVec3)| glam::Vec3::from(*at).distance(rest.as_vec3()) < SAME;
     let given = mesh.positions();
     if given.len() != rest.len() || !given.iter().zip(&rest).all(is_same) {
         return Ok(None);
