@@ -259,7 +259,7 @@ mod tests {
         let size = Size::square(64);
         let skin = |_, _| [0.6, 0.5, 0.4];
         let mut fusion = Fusion::new(size);
-        for index in 0..3 {
+        for index in 0..5 {
             let mut layer = layer(size, skin, |x| if index == 0 || x < 32 { 1.0 } else { 0.0 });
             let denied = |texel: usize| if index > 0 && texel % 64 >= 48 { 1.0 } else { 0.0 };
             layer.denied = (0..size.texels()).map(denied).collect();
