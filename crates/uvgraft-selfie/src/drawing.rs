@@ -7,7 +7,7 @@
 
 use glam::DVec3;
 use uvgraft::color::{linear_from_srgb, srgb_from_linear};
-use uvgraft::surface_index::SurfacePoint;
+use uvgraft::surface_index::{SurfaceIndex, SurfacePoint};
 use uvgraft::threads::map_indices;
 use uvgraft::{Anatomy, Area, Channels, Depth, Encoding, Mesh, Size, Texels, Texture};
 
@@ -29,6 +29,7 @@ pub(crate) struct Drawing<'a> {
     components: &'a Components,
     colors: Vec<[f32; 3]>,
     normals: Vec<DVec3>,
+    index: SurfaceIndex,
 }
 
 /// A head as a camera sees it.
@@ -54,6 +55,7 @@ impl<'a> Drawing<'a> {
             components,
             colors: colors(mesh, anatomy, components),
             normals: normals(mesh.positions(), mesh.faces()),
+            index: SurfaceIndex::new(mesh),
         }
     }
 
@@ -71,6 +73,11 @@ impl<'a> Drawing<'a> {
         let projected: Vec<[f64; 3]> = self.mesh.positions().iter().map(project).collect();
         let depths = DepthMap::new(SIZE, &projected, self.mesh.faces());
         View { drawing: self, camera, depths }
+    }
+
+    /// The place of the skin nearest to a point within reach, and its distance.
+    pub fn nearest(&self, point: DVec3, reach: f64) -> Option<(SurfacePoint, f64)> {
+        self.index.nearest(point.to_array(), reach, |face, _| self.is_skin(face))
     }
 
     /// Whether a triangle belongs to the skin, not to eyes or teeth.

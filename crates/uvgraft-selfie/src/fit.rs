@@ -1,15 +1,15 @@
 //! Cameras and the shape of a head from the landmarks of photographs.
 //!
 //! Cameras come first, from landmarks on the head at rest as they are found when it is drawn in the
-//! place of that in the photograph, and stay: adjusting them to the shape and the shape to them in turn, both drift,
-//! since a nod and a shorter face look alike. Each landmark then has a place that all photographs
-//! together put it at: along the image plane as seen, along the line of sight as far as depths can be
-//! believed. The head's surface is bent to these places, smoothly (see
+//! place of that in the photograph, and stay: adjusting them to the shape and the shape to them in
+//! turn, both drift, since a nod and a shorter face look alike. Each landmark then has a place that
+//! all photographs together put it at: along the image plane as seen, along the line of sight as far
+//! as depths can be believed. The head's surface is bent to these places, smoothly (see
 //! [`SurfaceField`](uvgraft::surface_field)), and everything loose in it moves along. What a single
 //! photograph shows beyond the common shape is its expression.
 //!
-//! A head with a model gets the shape and the expressions that its model has first, and is bent only
-//! by what these leave.
+//! A head with a model gets the shape and the expressions that its model has first, in turn with the
+//! cameras, and is bent only by what these leave.
 
 use glam::{DMat3, DQuat, DVec3};
 use uvgraft::Size;
@@ -21,7 +21,7 @@ use crate::drawing::Drawing;
 use crate::expression;
 use crate::head::Head;
 use crate::head_landmarks::{HeadLandmark, steadied};
-use crate::model_space::{ModelSpace, Sighting};
+use crate::model_space::{ModelSpace, OfLandmarks, Sighting};
 use crate::normals::normals;
 use crate::pixels::Pixels;
 
@@ -120,22 +120,7 @@ impl Fit {
         let hold = held_still(head);
         let (shaped, expressive) = match &head.model {
             Some(model) => {
-                // Of a shape that is known so well the pose can be adjusted to it.
-                const ROUNDS: usize = 12;
-                let mut shaped = rest.clone();
-                let mut expressive = vec![rest.clone(); views.len()];
-                for _ in 0..ROUNDS {
-                    let sightings: Vec<_> =
-                        views.iter().map(|view| view.sightings(head, &rest)).collect();
-                    let found = model.fitted(head, &sightings)?;
-                    shaped = ModelSpace::moved(&model.shapes, &found.shape, &rest);
-                    for (posed, by) in expressive.iter_mut().zip(&found.expressions) {
-                        *posed = ModelSpace::moved(&model.expressions, by, &shaped);
-                    }
-                    for (view, posed) in views.iter_mut().zip(&expressive) {
-                        view.refine(head, posed);
-                    }
-                }
+                let (shaped, expressive) = by_model(head, model, &rest, &mut views)?;
                 // What the model has no shape for.
                 let places = self::places(head, &views, &expressive);
                 let bent = bent(head, &shaped, SHAPE, &hold, &places)?;
@@ -172,6 +157,34 @@ impl Fit {
         let photos = fitted.collect::<Option<Vec<FittedPhoto>>>()?;
         Some(Self { shaped, photos })
     }
+}
+
+/// The shape that a head's model has for photographs, and the head with the expression of each. Of a
+/// shape that is known so well the pose can be adjusted to it, in turn.
+fn by_model(
+    head: &Head,
+    model: &ModelSpace,
+    rest: &[DVec3],
+    views: &mut [View],
+) -> Option<(Vec<DVec3>, Vec<Vec<DVec3>>)> {
+    const ROUNDS: usize = 12;
+    let sightings = |view: &View| view.sightings(head, rest);
+    let seen = |view: &View| (model.of_landmarks(head, &view.landmarks), sightings(view));
+    let mut photographs: Vec<(OfLandmarks, Vec<Sighting>)> = views.iter().map(seen).collect();
+    let mut shaped = rest.to_vec();
+    let mut expressive = vec![rest.to_vec(); views.len()];
+    for _ in 0..ROUNDS {
+        let found = OfLandmarks::fitted(&photographs, head.unit())?;
+        shaped = ModelSpace::moved(&model.shapes, &found.shape, rest);
+        for (posed, by) in expressive.iter_mut().zip(&found.expressions) {
+            *posed = ModelSpace::moved(&model.expressions, by, &shaped);
+        }
+        for ((view, posed), (_, seen)) in views.iter_mut().zip(&expressive).zip(&mut photographs) {
+            view.refine(head, posed);
+            *seen = sightings(view);
+        }
+    }
+    Some((shaped, expressive))
 }
 
 /// A photograph while the head is fitted to it.
@@ -257,7 +270,7 @@ impl View {
     }
 
     /// What the photograph tells of each landmark, beside where it is on the head so far.
-    fn sightings(&self, head: &Head, from: &[DVec3]) -> Vec<(HeadLandmark, Sighting)> {
+    fn sightings(&self, head: &Head, from: &[DVec3]) -> Vec<Sighting> {
         let points = head.points_of(&self.landmarks, from);
         let depths = self.depths(&points);
         let facing = self.facing(head, from);
@@ -267,7 +280,7 @@ impl View {
             let along = outer((seen - self.camera.eye()).normalize());
             let weight = facing[index] * landmark.certainty;
             let certainty = (DMat3::IDENTITY - along * (1.0 - DEPTH_TRUST)) * weight;
-            (*landmark, Sighting { moved: seen - points[index], certainty, along, weight })
+            Sighting { moved: seen - points[index], certainty, along, weight }
         };
         self.landmarks.iter().enumerate().map(sighting).collect()
     }
@@ -298,14 +311,14 @@ impl View {
 /// - `from`: `[photographs][vertices]`, the head in each so far; depths are relative to it.
 fn places(head: &Head, views: &[View], from: &[Vec<DVec3>]) -> Vec<FieldValue> {
     let unit = head.unit();
-    let seen: Vec<Vec<(HeadLandmark, Sighting)>> =
+    let seen: Vec<Vec<Sighting>> =
         views.iter().zip(from).map(|(view, from)| view.sightings(head, from)).collect();
     let place = |(index, landmark): (usize, &HeadLandmark)| {
         let mut matrix = DMat3::from_diagonal(DVec3::splat(REST));
         let mut right = DVec3::ZERO;
         let mut total = 0.0;
         for sightings in &seen {
-            let (_, Sighting { moved, certainty, along, weight }) = sightings[index];
+            let Sighting { moved, certainty, along, weight } = sightings[index];
             matrix += certainty + along * (REST_DEPTH / views.len() as f64);
             right += certainty * moved;
             total += weight;

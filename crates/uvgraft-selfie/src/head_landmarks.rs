@@ -2,7 +2,7 @@
 //! finds landmarks in the pictures, and these are cast back onto the mesh.
 
 use glam::{DMat3, DVec3};
-use uvgraft::surface_index::{SurfaceIndex, SurfacePoint};
+use uvgraft::surface_index::SurfacePoint;
 use uvgraft::threads::map_indices;
 
 use crate::camera::Camera;
@@ -131,8 +131,6 @@ pub(crate) fn landmarks(
         let [x, y, z] = frame.local(point.to_array());
         DVec3::from(frame.world([-x, y, z]))
     };
-    let index = SurfaceIndex::new(drawing.mesh());
-    let on_skin = |face: u32, _: [f64; 3]| drawing.is_skin(face);
     let landmarks = means.iter().zip(mates).map(|(&(point, weight, spread), &mate)| {
         // Both sides together are twice as sure, and neither is drawn to one side.
         let (of_mate, mate_weight, mate_spread) = means[mate];
@@ -140,8 +138,8 @@ pub(crate) fn landmarks(
         let point = (point * weight + mirrored(of_mate) * mate_weight) / total;
         let spread = (spread * weight + mate_spread * mate_weight) / total / frame.unit;
         let reach = 0.5 * frame.unit;
-        let (at, distance) = index
-            .nearest(point.to_array(), reach, on_skin)
+        let (at, distance) = drawing
+            .nearest(point, reach)
             .filter(|_| total > 1e-9)
             .unwrap_or((SurfacePoint { face: 0, weights: [1.0, 0.0, 0.0] }, f64::INFINITY));
         HeadLandmark { at, certainty: certainty(spread, distance / frame.unit) }
@@ -216,7 +214,6 @@ pub(crate) fn in_photograph(
     let found = detect(&picture).filter(|found| found.len() == known.len())?;
     let found: Vec<DVec3> = found.into_iter().map(DVec3::from).collect();
     let casts = cast(drawing, &view, &steadied(&found));
-    let index = SurfaceIndex::new(drawing.mesh());
     let landmarks = casts.into_iter().zip(known).enumerate().map(|(at, (cast, known))| {
         // Which of two lips that touch a single drawing hits is a matter of luck.
         if LIPS_INNER.contains(&at) {
@@ -226,8 +223,7 @@ pub(crate) fn in_photograph(
         let Some((point, weight)) = cast.filter(|(_, weight)| *weight > 1e-4) else {
             return unseen;
         };
-        let on_skin = |face: u32, _: [f64; 3]| drawing.is_skin(face);
-        match index.nearest(point.to_array(), 0.2 * unit, on_skin) {
+        match drawing.nearest(point, 0.2 * unit) {
             Some((at, _)) => {
                 let certainty = known.certainty * (0.3 + 0.7 * weight.min(1.0));
                 HeadLandmark { at, certainty }

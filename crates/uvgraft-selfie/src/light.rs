@@ -102,9 +102,6 @@ impl Light {
     ///
     /// - `forward`: the direction in which the face looks.
     pub fn of_skin(samples: &[SkinSample], forward: DVec3) -> Option<Self> {
-        if samples.len() < FEWEST {
-            return None;
-        }
         let linear = |sample: &SkinSample| Reflection {
             normal: sample.normal,
             factors: sample.color.map(|value| f64::from(linear_from_srgb(value))),

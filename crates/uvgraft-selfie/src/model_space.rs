@@ -4,6 +4,7 @@ use glam::{DMat3, DVec3};
 use nalgebra::{DMatrix, DVector};
 
 use crate::head::Head;
+use crate::head_landmarks::HeadLandmark;
 
 /// Linear shapes and expressions of a head's model, such as FLAME.
 ///
@@ -27,6 +28,14 @@ pub(crate) struct Sighting {
     pub along: DMat3,
     /// How far the landmark counts at all, 0 to 1.
     pub weight: f64,
+}
+
+/// What a model's coefficients do to the landmarks of one photograph.
+#[derive(Debug, Clone)]
+pub(crate) struct OfLandmarks {
+    /// `[landmarks × 3, coefficients]`
+    shapes: DMatrix<f64>,
+    expressions: DMatrix<f64>,
 }
 
 /// What photographs tell of the coefficients of a model.
@@ -57,42 +66,36 @@ impl ModelSpace {
         moved
     }
 
+    /// What the coefficients do to landmarks.
+    pub(crate) fn of_landmarks(&self, head: &Head, landmarks: &[HeadLandmark]) -> OfLandmarks {
+        let columns = |basis: &[Vec<DVec3>]| {
+            let values = basis.iter().flat_map(|by| head.points_of(landmarks, by));
+            let values = values.flat_map(|by| by.to_array());
+            DMatrix::from_iterator(3 * landmarks.len(), basis.len(), values)
+        };
+        OfLandmarks { shapes: columns(&self.shapes), expressions: columns(&self.expressions) }
+    }
+}
+
+impl OfLandmarks {
     /// The most probable coefficients: one shape for all photographs, and an expression for each, by
     /// least squares with a prior of one standard deviation.
     ///
-    /// - `photographs`: for each the places on the head, and what it shows of them.
+    /// - `photographs`: for each what the coefficients do to its landmarks, and what it shows of them.
+    /// - `unit`: the distance between the eyes.
     ///
-    /// `None` if the equations have no solution.
-    pub(crate) fn fitted(
-        &self,
-        head: &Head,
-        photographs: &[Vec<(crate::HeadLandmark, Sighting)>],
-    ) -> Option<Coefficients> {
-        let (shapes, expressions) = (self.shapes.len(), self.expressions.len());
-        let per_square = (NOISE * head.unit()).powi(-2);
+    /// `None` if there are no photographs, or the equations have no solution.
+    pub(crate) fn fitted(photographs: &[(Self, Vec<Sighting>)], unit: f64) -> Option<Coefficients> {
+        let shapes = photographs.first()?.0.shapes.ncols();
+        let per_square = (NOISE * unit).powi(-2);
         let mut matrix = DMatrix::<f64>::identity(shapes, shapes);
         let mut right = DVector::<f64>::zeros(shapes);
         // Each photograph's expression is eliminated, which leaves equations of the shape alone.
         let mut eliminated = Vec::with_capacity(photographs.len());
-        for photograph in photographs {
-            let landmarks: Vec<_> = photograph.iter().map(|&(landmark, _)| landmark).collect();
-            let rows = 3 * landmarks.len();
-            let mut of_shape = DMatrix::<f64>::zeros(rows, shapes);
-            let mut of_expression = DMatrix::<f64>::zeros(rows, expressions);
-            for (basis, columns) in
-                [(&self.shapes, &mut of_shape), (&self.expressions, &mut of_expression)]
-            {
-                for (column, by) in basis.iter().enumerate() {
-                    for (row, by) in head.points_of(&landmarks, by).into_iter().enumerate() {
-                        for k in 0..3 {
-                            columns[(3 * row + k, column)] = by[k];
-                        }
-                    }
-                }
-            }
+        for (Self { shapes: of_shape, expressions: of_expression }, photograph) in photographs {
             let weighted = |columns: &DMatrix<f64>| {
                 let mut weighted = columns.clone();
-                for (row, (_, seen)) in photograph.iter().enumerate() {
+                for (row, seen) in photograph.iter().enumerate() {
                     for column in 0..columns.ncols() {
                         let at = |k: usize| columns[(3 * row + k, column)];
                         let by = seen.certainty * DVec3::new(at(0), at(1), at(2)) * per_square;
@@ -103,11 +106,11 @@ impl ModelSpace {
                 }
                 weighted
             };
-            let moved = photograph.iter().flat_map(|(_, seen)| seen.moved.to_array());
-            let moved = DVector::from_iterator(rows, moved);
-            let [by_shape, by_expression] = [weighted(&of_shape), weighted(&of_expression)];
+            let moved = photograph.iter().flat_map(|seen| seen.moved.to_array());
+            let moved = DVector::from_iterator(of_shape.nrows(), moved);
+            let [by_shape, by_expression] = [weighted(of_shape), weighted(of_expression)];
             let own = of_expression.transpose() * &by_expression
-                + DMatrix::<f64>::identity(expressions, expressions);
+                + DMatrix::<f64>::identity(of_expression.ncols(), of_expression.ncols());
             let own = own.cholesky()?;
             let mixed = of_expression.transpose() * &by_shape;
             let own_right = by_expression.transpose() * &moved;

@@ -254,15 +254,12 @@ impl Sight<'_> {
         // A steep surface is farther away at one side of a pixel than at the other.
         let pixel = 1.0 / (self.camera.scale(depth) * self.scale);
         let steepness = (1.0 - cosine * cosine).max(0.0).sqrt() / cosine.max(0.05);
-        if hidden > HIDDEN * unit + pixel * steepness {
+        if hidden > HIDDEN * unit + pixel * steepness || is_other_part(0.0, 0.0) {
             return [0.0; 2];
         }
         let per_unit = unit * self.camera.scale(depth);
         let [silhouette, step, part_reach] = [FROM_SILHOUETTE, FROM_STEP, FROM_PART]
             .map(|distance| (distance * per_unit).max(LEAST_PX) * self.scale);
-        if is_other_part(0.0, 0.0) {
-            return [0.0; 2];
-        }
         let [mut clear, mut apart] = [1.0_f64; 2];
         for [dx, dy] in AROUND {
             for (share, weight) in [(1.0, 0.5), (0.5, 0.0)] {
