@@ -116,9 +116,9 @@ pub(crate) fn run(args: &Args) -> anyhow::Result<ExitCode> {
 
     let selfie = match selfie::photo(args.photo.as_deref(), &figure, &body, folder)? {
         Some(photo) => {
-            let made = selfie::Files::new(&photo, folder)?;
+            let sheet = selfie::made(&photo, &folder.join("selfie.glb"))?;
             steps.done("selfie", "avatar of a photograph".to_owned());
-            Some(made)
+            Some(sheet)
         }
         None => None,
     };
@@ -175,14 +175,35 @@ pub(crate) fn run(args: &Args) -> anyhow::Result<ExitCode> {
     };
     let has_selfie = selfie.is_some();
     let outputs = match selfie {
-        Some(made) => outputs
-            .file("selfie.glb", "avatar of a photograph", |path| bytes(path, &made.glb))?
-            .file("selfie.png", "the photograph and its avatar", |path| made.sheet.write(path))?,
+        Some(sheet) => outputs
+            // Written when it was made.
+            .file("selfie.glb", "avatar of a photograph", |_| Ok(()))?
+            .file("selfie.png", "the photograph and its avatar", |path| sheet.write(path))?,
         None => outputs,
     };
     steps.done("writing", format!("{} files", outputs.written.len()));
     print(&steps, &outputs, has_selfie)?;
     Ok(ExitCode::SUCCESS)
+}
+
+/// A file that scripts fetch for tests and demo, whether it is there or not.
+fn fetched(name: &str) -> PathBuf {
+    let folder = std::env::var_os("UVGRAFT_TEST_DATA");
+    folder.map_or_else(|| PathBuf::from("target/test-data"), PathBuf::from).join(name)
+}
+
+/// Pictures side by side, each in the middle of a panel.
+fn row(pictures: &[Texture], panel: Size) -> Picture {
+    const GAP: u32 = 8;
+    let count = pictures.len() as u32;
+    let size = Size::new(count * panel.width + (count - 1) * GAP, panel.height);
+    let mut row = Picture::new(size, [24, 26, 30]);
+    for (column, picture) in (0..).zip(pictures) {
+        let [left, top] =
+            [panel.width - picture.size().width, panel.height - picture.size().height];
+        row.paste(picture, column * (panel.width + GAP) + left / 2, top / 2);
+    }
+    row
 }
 
 fn bytes(path: &Path, bytes: &[u8]) -> anyhow::Result<()> {

@@ -1,6 +1,6 @@
 //! An avatar of the open body for the demo.
 
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
 use anyhow::Context;
 use serde_json::Map;
@@ -20,6 +20,7 @@ use uvgraft_open_body::skin::{SkinOptions, SkinTone, paint_skin};
 use uvgraft_render::{RenderOptions, Renderer};
 
 use super::avatar::{amass, body, head};
+use super::{fetched, row};
 use crate::failure::{OrBadInput, bad_input};
 use crate::picture::Picture as Sheet;
 
@@ -76,9 +77,7 @@ fn read(model: &Path) -> anyhow::Result<NamedArrays> {
     if model != Path::new(OPEN) || model.exists() {
         return arrays::read(model).or_bad_input();
     }
-    let folder = std::env::var_os("UVGRAFT_TEST_DATA");
-    let folder = folder.map_or_else(|| PathBuf::from("target/test-data"), PathBuf::from);
-    let wheel = folder.join(WHEEL_NAME);
+    let wheel = fetched(WHEEL_NAME);
     if !wheel.is_file() {
         return Err(bad_input(format!(
             "{} is missing; scripts/fetch-open-body.sh fetches it",
@@ -114,7 +113,6 @@ fn avatar(arrays: &NamedArrays, size: Size) -> anyhow::Result<(Avatar, Texture)>
 }
 
 fn sheet(glb: &[u8]) -> anyhow::Result<Sheet> {
-    const GAP: u32 = 8;
     let scene = Scene::read(glb)?;
     let renderer = Renderer::for_scene(&scene);
     let clip = |name: &str, seconds: f32, weights: &[(&str, f32)]| {
@@ -129,13 +127,10 @@ fn sheet(glb: &[u8]) -> anyhow::Result<Sheet> {
         (clip("idle", 0.0, &smile), head(20.0)),
         (clip("idle", 0.0, &[("jawOpen", 0.6), ("browInnerUp", 1.0)]), head(-25.0)),
     ];
-    let count = panels.len() as u32;
-    let size = Size::new(count * PANEL.width + (count - 1) * GAP, PANEL.height);
-    let mut sheet = Sheet::new(size, [24, 26, 30]);
-    for (column, (posing, camera)) in (0..).zip(panels) {
+    let mut pictures = Vec::with_capacity(panels.len());
+    for (posing, camera) in panels {
         let options = RenderOptions { floor: Some(0.0), ..RenderOptions::default() };
-        let panel = renderer.render(&scene.pose(&posing)?, &camera, &options, PANEL);
-        sheet.paste(&panel, column * (PANEL.width + GAP), 0);
+        pictures.push(renderer.render(&scene.pose(&posing)?, &camera, &options, PANEL));
     }
-    Ok(sheet)
+    Ok(row(&pictures, PANEL))
 }

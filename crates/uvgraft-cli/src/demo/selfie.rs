@@ -1,5 +1,6 @@
 //! An avatar of a photograph for the demo.
 
+use std::ffi::OsStr;
 use std::path::{Path, PathBuf};
 
 use clap::Parser;
@@ -11,20 +12,13 @@ use uvgraft_render::{Perspective, RenderOptions, Renderer, View};
 
 use super::avatar::{body, head};
 use super::views::render;
+use super::{fetched, row};
 use crate::avatar;
 use crate::failure::OrBadInput;
 use crate::picture::Picture as Sheet;
 use crate::weights;
 
 const PANEL: Size = Size::new(400, 540);
-const BACKGROUND: [u8; 3] = [24, 26, 30];
-
-/// The avatar's files, in memory.
-pub(super) struct Files {
-    pub(super) glb: Vec<u8>,
-    /// The photograph, and the avatar from the front, the side and as a whole.
-    pub(super) sheet: Sheet,
-}
 
 /// The command that makes an avatar.
 #[derive(Parser)]
@@ -49,9 +43,7 @@ pub(super) fn photo(
     if weights::face_models()?.is_none() {
         return Ok(None);
     }
-    let fetched = std::env::var_os("UVGRAFT_TEST_DATA");
-    let fetched = fetched.map_or_else(|| PathBuf::from("target/test-data"), PathBuf::from);
-    let astronaut = fetched.join("photographs/astronaut.png");
+    let astronaut = fetched("photographs/astronaut.png");
     if astronaut.is_file() {
         return Ok(Some(astronaut));
     }
@@ -64,40 +56,23 @@ pub(super) fn photo(
     Ok(Some(path))
 }
 
-impl Files {
-    /// Makes the figure an avatar of a photograph, as `uvgraft avatar --selfie` does.
-    ///
-    /// - `folder`: where the file is written to.
-    pub(super) fn new(photo: &Path, folder: &Path) -> anyhow::Result<Self> {
-        let output = folder.join("selfie.glb");
-        let words = ["avatar", "--body", "demo", "-o"].map(Into::into);
-        let words = words.into_iter().chain([output.clone().into_os_string()]);
-        let words = words.chain(["--selfie".into(), photo.as_os_str().to_owned()]);
-        let Command { args } = Command::try_parse_from(words)?;
-        avatar::make(&args)?;
-        let glb = std::fs::read(&output)?;
-        let photo = image::read(photo).or_bad_input()?.texture;
-        let sheet = sheet(&glb, photo)?;
-        Ok(Self { glb, sheet })
-    }
-}
-
-fn sheet(glb: &[u8], photo: Texture) -> anyhow::Result<Sheet> {
-    const GAP: u32 = 8;
-    let scene = Scene::read(glb)?;
+/// Makes the figure an avatar of a photograph, as `uvgraft avatar --selfie` does, and draws the
+/// photograph beside the avatar from the front, the side and as a whole.
+///
+/// - `output`: the avatar to write.
+pub(super) fn made(photo: &Path, output: &Path) -> anyhow::Result<Sheet> {
+    let words = ["avatar", "--body", "demo", "-o"].map(OsStr::new);
+    let words = words.into_iter().chain([output.as_os_str()]);
+    let words = words.chain([OsStr::new("--selfie"), photo.as_os_str()]);
+    let Command { args } = Command::try_parse_from(words)?;
+    avatar::make(&args)?;
+    let scene = Scene::read(&std::fs::read(output)?)?;
     let renderer = Renderer::for_scene(&scene);
-    let mut panels = vec![fitted(photo)?];
+    let mut panels = vec![fitted(image::read(photo).or_bad_input()?.texture)?];
     for camera in [head(0.0), head(35.0), body(15.0)] {
         panels.push(shot(&scene, &renderer, &camera)?);
     }
-    let count = panels.len() as u32;
-    let size = Size::new(count * PANEL.width + (count - 1) * GAP, PANEL.height);
-    let mut sheet = Sheet::new(size, BACKGROUND);
-    for (column, panel) in (0..).zip(&panels) {
-        let room = [PANEL.width - panel.size().width, PANEL.height - panel.size().height];
-        sheet.paste(panel, column * (PANEL.width + GAP) + room[0] / 2, room[1] / 2);
-    }
-    Ok(sheet)
+    Ok(row(&panels, PANEL))
 }
 
 fn shot(scene: &Scene, renderer: &Renderer, camera: &Perspective) -> anyhow::Result<Texture> {
