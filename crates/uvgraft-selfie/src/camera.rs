@@ -98,10 +98,25 @@ impl Camera {
     /// - `landmarks`: as in [`Camera::of_landmarks`].
     /// - `weights`: how much each counts.
     pub fn refine(&mut self, points: &[DVec3], landmarks: &[[f64; 3]], weights: &[f64]) {
+        self.adjust(points, landmarks, weights, true);
+    }
+
+    /// As [`Camera::refine`], without turning.
+    pub fn shift(&mut self, points: &[DVec3], landmarks: &[[f64; 3]], weights: &[f64]) {
+        self.adjust(points, landmarks, weights, false);
+    }
+
+    fn adjust(
+        &mut self,
+        points: &[DVec3],
+        landmarks: &[[f64; 3]],
+        weights: &[f64],
+        turns: bool,
+    ) {
         const STEPS: usize = 20;
         const SETTLED: f64 = 1e-9;
         for _ in 0..STEPS {
-            let Some(step) = self.step(points, landmarks, weights) else { return };
+            let Some(step) = self.step(points, landmarks, weights, turns) else { return };
             let turn = DVec3::new(step[0], step[1], step[2]);
             let rotation = DMat3::from_axis_angle(turn.normalize_or(DVec3::X), turn.length());
             let next = Self {
@@ -125,6 +140,7 @@ impl Camera {
         points: &[DVec3],
         landmarks: &[[f64; 3]],
         weights: &[f64],
+        turns: bool,
     ) -> Option<SVector<f64, 6>> {
         let residuals: Vec<[f64; 2]> = points
             .iter()
@@ -162,7 +178,12 @@ impl Camera {
                 right += row * (error * weight * huber);
             }
         }
-        Some(normal.cholesky()?.solve(&right))
+        if turns {
+            return Some(normal.cholesky()?.solve(&right));
+        }
+        let shift = normal.fixed_view::<3, 3>(3, 3).into_owned().cholesky()?;
+        let shift = shift.solve(&right.fixed_rows::<3>(3).into_owned());
+        Some(SVector::from([0.0, 0.0, 0.0, shift[0], shift[1], shift[2]]))
     }
 }
 

@@ -16,11 +16,13 @@ use uvgraft::Size;
 use uvgraft::easing::smoothstep_f64;
 use uvgraft::surface_field::{FieldValue, Smoothness};
 
+use crate::average_pose;
 use crate::camera::Camera;
 use crate::drawing::Drawing;
 use crate::expression;
 use crate::head::Head;
 use crate::head_landmarks::{HeadLandmark, steadied};
+use crate::landmarks::regions::NOSE_TIP;
 use crate::model_space::{ModelSpace, OfLandmarks, Sighting};
 use crate::normals::normals;
 use crate::pixels::Pixels;
@@ -226,16 +228,54 @@ impl View {
                 break;
             }
         }
+        view.believe_average((head, drawing), rest, pixels);
         Some(view)
+    }
+
+    /// Turns the camera towards where the average face has it, the more the less the head is like
+    /// the photographed one.
+    fn believe_average(
+        &mut self,
+        (head, drawing): (&Head, &Drawing<'_>),
+        rest: &[DVec3],
+        pixels: &Pixels<'_>,
+    ) {
+        /// Share from which the head's landmarks are found again from the new side.
+        const MUCH: f64 = 0.1;
+        let average = average_pose::of_photograph(&head.canonical, &self.photo.points, &self.camera);
+        let (Some(of_average), Some(of_head)) = (average, head.to_canonical) else { return };
+        let points = head.points_of(&self.landmarks, rest);
+        let unit_px = self.camera.scale(self.camera.view(points[NOSE_TIP]).z) * head.unit();
+        let belief = average_pose::belief(self.residual(head, rest) / unit_px);
+        let (own, other) = (self.camera.rotation, of_average * of_head);
+        let rotation = DQuat::from_mat3(&own).slerp(DQuat::from_mat3(&other), belief);
+        self.turn(head, rest, DMat3::from_quat(rotation));
+        if belief > MUCH && let Some(landmarks) = head.landmarks_in(drawing, &self.camera, pixels) {
+            self.landmarks = landmarks;
+            self.turn(head, rest, self.camera.rotation);
+        }
+    }
+
+    /// Turns the camera, and moves it to where the landmarks are then seen.
+    fn turn(&mut self, head: &Head, positions: &[DVec3], rotation: DMat3) {
+        let points = head.points_of(&self.landmarks, positions);
+        let middle = points.iter().sum::<DVec3>() / points.len() as f64;
+        let at = self.camera.view(middle);
+        self.camera.rotation = rotation;
+        self.camera.translation = at - rotation * middle;
+        self.camera.shift(&points, &self.photo.points, &self.certain());
+    }
+
+    /// How much each landmark counts for the camera. Whatever is known well enough counts alike, or
+    /// one side of a face would outweigh the other.
+    fn certain(&self) -> Vec<f64> {
+        self.landmarks.iter().map(|landmark| (10.0 * landmark.certainty).min(1.0)).collect()
     }
 
     /// Adjusts the camera to a shape.
     fn refine(&mut self, head: &Head, positions: &[DVec3]) {
-        // Whatever is known well enough counts alike, or one side of a face would outweigh the other.
-        let certain = self.landmarks.iter().map(|landmark| (10.0 * landmark.certainty).min(1.0));
-        let certain: Vec<f64> = certain.collect();
         let points = head.points_of(&self.landmarks, positions);
-        self.camera.refine(&points, &self.photo.points, &certain);
+        self.camera.refine(&points, &self.photo.points, &self.certain());
     }
 
     /// For each landmark how well the camera sees it, 0 to 1: networks guess what is turned away.
@@ -292,7 +332,7 @@ impl View {
             .iter()
             .zip(&self.photo.points)
             .zip(&self.landmarks)
-            .filter(|(_, landmark)| landmark.certainty > 0.5)
+            .filter(|(_, landmark)| landmark.certainty > 0.3)
             .map(|((&point, seen), _)| {
                 let [x, y, _] = self.camera.project(point);
                 (x - seen[0]).hypot(y - seen[1])

@@ -3,10 +3,11 @@
 use std::fmt;
 use std::sync::Arc;
 
-use glam::DVec3;
+use glam::{DMat3, DVec3};
 use uvgraft::surface_field::SurfaceField;
 use uvgraft::{Anatomy, AnatomyError, Mesh, Texture};
 
+use crate::average_pose;
 use crate::camera::Camera;
 use crate::components::Components;
 use crate::drawing::{Drawing, plain};
@@ -50,6 +51,8 @@ pub struct Head {
     pub(crate) landmarks: Vec<HeadLandmark>,
     /// The landmarks of the average face, in centimetres: x to its left, y up, z forwards.
     pub(crate) canonical: Vec<DVec3>,
+    /// The turn from the head's axes to those of the average face; `None` if its landmarks have none.
+    pub(crate) to_canonical: Option<DMat3>,
     pub(crate) field: SurfaceField,
     pub(crate) model: Option<ModelSpace>,
     texture: Option<Texture>,
@@ -77,7 +80,11 @@ impl Head {
         let texture = texture.map(plain);
         let drawing = Drawing::new(&mesh, &anatomy, &components, texture.as_ref());
         let landmarks = head_landmarks::landmarks(&drawing, &canonical.mates, &*detect)?;
-        let canonical = canonical.positions.iter().map(|&at| DVec3::from(at)).collect();
+        let canonical: Vec<DVec3> =
+            canonical.positions.iter().map(|&at| DVec3::from(at)).collect();
+        let positions: Vec<DVec3> = mesh.positions().iter().map(wide).collect();
+        let points = points_of(&mesh, &landmarks, &positions);
+        let to_canonical = average_pose::of_head(&points, &landmarks, &canonical);
         let field = SurfaceField::new(&mesh, anatomy.frame().unit);
         Ok(Self {
             mesh,
@@ -85,6 +92,7 @@ impl Head {
             components,
             landmarks,
             canonical,
+            to_canonical,
             field,
             model: None,
             texture,
@@ -127,7 +135,6 @@ impl Head {
 
     /// The vertices' positions.
     pub(crate) fn positions(&self) -> Vec<DVec3> {
-        let wide = |position: &[f32; 3]| glam::Vec3::from(*position).as_dvec3();
         self.mesh.positions().iter().map(wide).collect()
     }
 
@@ -153,10 +160,18 @@ impl Head {
 
     /// Where landmarks are on the head with vertices at other positions.
     pub(crate) fn points_of(&self, landmarks: &[HeadLandmark], positions: &[DVec3]) -> Vec<DVec3> {
-        let point = |landmark: &HeadLandmark| {
-            let corners = self.mesh.faces()[landmark.at.face as usize];
-            (0..3).map(|k| positions[corners[k] as usize] * landmark.at.weights[k]).sum()
-        };
-        landmarks.iter().map(point).collect()
+        points_of(&self.mesh, landmarks, positions)
     }
+}
+
+fn wide(position: &[f32; 3]) -> DVec3 {
+    glam::Vec3::from(*position).as_dvec3()
+}
+
+fn points_of(mesh: &Mesh, landmarks: &[HeadLandmark], positions: &[DVec3]) -> Vec<DVec3> {
+    let point = |landmark: &HeadLandmark| {
+        let corners = mesh.faces()[landmark.at.face as usize];
+        (0..3).map(|k| positions[corners[k] as usize] * landmark.at.weights[k]).sum()
+    };
+    landmarks.iter().map(point).collect()
 }

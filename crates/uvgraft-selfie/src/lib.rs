@@ -6,7 +6,8 @@
 
 #![forbid(unsafe_code)]
 
-pub mod camera;
+pub mod average_pose;
+mod camera;
 mod color_model;
 mod completion;
 mod components;
