@@ -65,6 +65,6 @@ pub(crate) fn of_photograph(
 ///   distances: 0.002 for a photograph of this very head, 0.005 of one that is painted otherwise, and
 ///   0.01 and more of another one.
 pub(crate) fn belief(mismatch: f64) -> f64 {
-    const OTHERS: f64 = 0.007;
-    1.0 / (1.0 + (OTHERS / mismatch.max(1e-6)).powi(4))
+    const OTHERS: f64 = 0.008;
+    1.0 / (1.0 + (OTHERS / mismatch.max(1e-6)).powi(6))
 }

@@ -2,7 +2,8 @@
 //! spread smoothly over the surface, and hair where hair grows.
 
 use glam::DVec3;
-use uvgraft::Area;
+use uvgraft::surface_index::SurfacePoint;
+use uvgraft::{Area, Size};
 use uvgraft::easing::smoothstep;
 use uvgraft::surface_field::Smoothness;
 use uvgraft::threads::map_indices;
@@ -49,11 +50,17 @@ impl<'a> Completion<'a> {
         let lips = self.lips(&colors, known);
         let between_lips = self.between_lips(known);
         let mirror = Mirror::new(self.head);
-        let packed: Vec<[f32; 4]> = colors
+        let rims = self.rims(&colors, known, &tones);
+        let faded = map_indices(size.texels(), |texel| {
+            let rim = rims.at(size, texel);
+            std::array::from_fn::<f32, 3, _>(|k| colors[texel][k] - rim[k])
+        });
+        let packed: Vec<[f32; 4]> = faded
             .iter()
             .zip(self.feathered(known))
             .map(|(&[r, g, b], known)| [r, g, b, known])
             .collect();
+        drop(faded);
         drop(colors);
         let on_scalp = self.head.anatomy.area(Area::Scalp);
         let on_lips = self.head.anatomy.area(Area::Lips);
@@ -62,10 +69,7 @@ impl<'a> Completion<'a> {
             let [r, g, b, known] = packed[texel];
             let Some(place) = self.texels.place(texel) else { return [0.0; 3] };
             let corners = self.head.mesh.faces()[place.face as usize];
-            let of = |tones: &[[f64; 3]]| -> [f32; 3] {
-                let corner = |c: usize, k: usize| place.weights[c] * tones[corners[c] as usize][k];
-                std::array::from_fn(|k| (0..3).map(|c| corner(c, k)).sum::<f64>() as f32)
-            };
+            let of = |tones: &[[f64; 3]]| self.tone(tones, &place);
             let tone = of(&tones);
             let share: f32 =
                 (0..3).map(|c| place.weights[c] as f32 * on_scalp[corners[c] as usize]).sum();
@@ -94,6 +98,53 @@ impl<'a> Completion<'a> {
             }
             mixed(filled, [r, g, b], known)
         })
+    }
+
+    /// The colour of a place of the surface by those of the vertices.
+    fn tone(&self, tones: &[[f64; 3]], place: &SurfacePoint) -> [f32; 3] {
+        let corners = self.head.mesh.faces()[place.face as usize];
+        let corner = |c: usize, k: usize| place.weights[c] * tones[corners[c] as usize][k];
+        std::array::from_fn(|k| (0..3).map(|c| corner(c, k)).sum::<f64>() as f32)
+    }
+
+    /// By how much what is known must change near its rim so that its tone, though not its detail,
+    /// becomes that of what is filled: shade beside hair and at the sides of a face would end there.
+    fn rims(&self, colors: &[[f32; 3]], known: &[f32], tones: &[[f64; 3]]) -> Rims {
+        /// Tones are those of squares with this share of the texture's side, and change over some.
+        const SQUARES: u32 = 128;
+        const AROUND: usize = 1;
+        const RIM: usize = 3;
+        let size = self.texels.size();
+        let side = (size.width.max(size.height) / SQUARES).max(1);
+        let coarse = Size::new(size.width.div_ceil(side), size.height.div_ceil(side));
+        // The difference from the tone, and how far it is known; beside islands there is no rim.
+        let squares = map_indices(coarse.texels(), |square| {
+            let (x, y) = (square as u32 % coarse.width * side, square as u32 / coarse.width * side);
+            let (mut of_known, mut or_beside, mut count) = ([0.0_f32; 4], 0.0, 0.0);
+            for y in (y..(y + side).min(size.height)).step_by(2) {
+                for x in (x..(x + side).min(size.width)).step_by(2) {
+                    let texel = y as usize * size.width as usize + x as usize;
+                    count += 1.0;
+                    let Some(place) = self.texels.place(texel) else {
+                        or_beside += 1.0;
+                        continue;
+                    };
+                    let tone = self.tone(tones, &place);
+                    or_beside += known[texel];
+                    (0..3).for_each(|k| of_known[k] += (colors[texel][k] - tone[k]) * known[texel]);
+                    of_known[3] += known[texel];
+                }
+            }
+            let [r, g, b, known] = of_known.map(|sum| sum / count);
+            [r, g, b, known, or_beside / count]
+        });
+        let tones = blurred(coarse, &squares, AROUND);
+        let interior = blurred(coarse, &squares, RIM);
+        let values = tones.iter().zip(&interior).map(|(&[r, g, b, known, _], &[.., interior])| {
+            let share = (1.0 - smoothstep(0.5, 0.95, interior)) / known.max(1e-3);
+            [r, g, b].map(|difference| difference * share)
+        });
+        Rims { coarse, values: values.collect() }
     }
 
     /// What is known, fading towards what is not over some millimetres: what is filled never has
@@ -222,6 +273,23 @@ impl<'a> Completion<'a> {
             return None;
         }
         median_color(texels.into_iter().map(|texel| colors[texel]))
+    }
+}
+
+/// Changes of colours near the rims of what is known, on a coarse grid.
+struct Rims {
+    coarse: Size,
+    values: Vec<[f32; 3]>,
+}
+
+impl Rims {
+    fn at(&self, size: Size, texel: usize) -> [f32; 3] {
+        let (x, y) = (texel % size.width as usize, texel / size.width as usize);
+        let uv = [
+            (x as f32 + 0.5) / size.width as f32,
+            (y as f32 + 0.5) / size.height as f32,
+        ];
+        bilinear(self.coarse, &self.values, uv)
     }
 }
 

@@ -81,6 +81,8 @@ impl Irradiance {
 pub struct Light {
     /// Coefficients of the harmonics, for each channel; the front has the value 1.
     channels: [[f64; 9]; 3],
+    /// Luminance of plain skin that faces forward, in linear space.
+    skin: f64,
 }
 
 type Vector = SVector<f64, 9>;
@@ -93,6 +95,12 @@ const LIMITS: [f64; 2] = [0.4, 2.0];
 
 /// Share of the logarithm of the light that [`Relight::Soft`] takes out.
 const SOFT: f64 = 0.75;
+
+/// Luminance of the lightest skin. What is lighter is exposed too long.
+const LIGHTEST: f64 = 0.5;
+
+/// How far skin may be lighter than plain skin, as a share; it shines more in a photograph.
+const SHEEN: f64 = 0.25;
 
 /// Fewest samples.
 const FEWEST: usize = 200;
@@ -114,7 +122,7 @@ impl Light {
         }
         let channels =
             std::array::from_fn(|channel| light.channels[channel].map(|of| of / ahead[channel]));
-        Some(Self { channels })
+        Some(Self { channels, skin: luminance(ahead) })
     }
 
     /// Light on a surface, for each channel, relative to the front.
@@ -123,21 +131,30 @@ impl Light {
         self.channels.map(|channel| Vector::from(channel).dot(&basis).clamp(LIMITS[0], LIMITS[1]))
     }
 
-    /// A colour (sRGB) as it would be in even light from the front.
+    /// A colour (sRGB) as it would be in even light from the front: no skin is lighter than skin is,
+    /// and it shines less. Above 1.0 what the photograph shows lighter than white.
     pub fn removed(&self, color: [f32; 3], normal: DVec3, how: Relight) -> [f32; 3] {
         let light = self.at(normal);
         let factors = match how {
             Relight::Off => return color,
             Relight::Full => light,
             Relight::Soft => {
-                let luminance = 0.2126 * light[0] + 0.7152 * light[1] + 0.0722 * light[2];
-                [luminance.powf(SOFT); 3]
+                [luminance(light).powf(SOFT); 3]
             }
         };
-        std::array::from_fn(|k| {
-            srgb_from_linear(linear_from_srgb(color[k]) / factors[k] as f32).clamp(0.0, 1.0)
-        })
+        let even: [f64; 3] =
+            std::array::from_fn(|k| f64::from(linear_from_srgb(color[k])) / factors[k]);
+        let above = luminance(even) / self.skin - 1.0;
+        let mut factor = (LIGHTEST / self.skin).min(1.0);
+        if above > 0.0 {
+            factor *= (1.0 + SHEEN * (above / SHEEN).tanh()) / (1.0 + above);
+        }
+        even.map(|even| srgb_from_linear((even * factor) as f32))
     }
+}
+
+fn luminance([r, g, b]: [f64; 3]) -> f64 {
+    0.2126 * r + 0.7152 * g + 0.0722 * b
 }
 
 /// Weighted least squares, a few times, with weights that fade with the residual relative to the
