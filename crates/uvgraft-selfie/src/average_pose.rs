@@ -30,9 +30,7 @@ pub(crate) fn of_head(
     average: &[DVec3],
 ) -> Option<DMat3> {
     const CERTAIN: f64 = 0.3;
-    let is_used = |&index: &usize| {
-        landmarks[index].certainty > CERTAIN && is_rigid(index, average)
-    };
+    let is_used = |&index: &usize| landmarks[index].certainty > CERTAIN && is_rigid(index, average);
     let pairs: Vec<[DVec3; 2]> =
         (0..points.len()).filter(is_used).map(|index| [points[index], average[index]]).collect();
     Some(Similarity::robust(&pairs, true)?.rotation)

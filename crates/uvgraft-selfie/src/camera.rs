@@ -106,13 +106,7 @@ impl Camera {
         self.adjust(points, landmarks, weights, false);
     }
 
-    fn adjust(
-        &mut self,
-        points: &[DVec3],
-        landmarks: &[[f64; 3]],
-        weights: &[f64],
-        turns: bool,
-    ) {
+    fn adjust(&mut self, points: &[DVec3], landmarks: &[[f64; 3]], weights: &[f64], turns: bool) {
         const STEPS: usize = 20;
         const SETTLED: f64 = 1e-9;
         for _ in 0..STEPS {

@@ -2,11 +2,11 @@
 //! spread smoothly over the surface, and hair where hair grows.
 
 use glam::DVec3;
-use uvgraft::surface_index::SurfacePoint;
-use uvgraft::{Area, Size};
 use uvgraft::easing::smoothstep;
 use uvgraft::surface_field::Smoothness;
+use uvgraft::surface_index::SurfacePoint;
 use uvgraft::threads::map_indices;
+use uvgraft::{Area, Size};
 
 use crate::color_model::median_color;
 use crate::head::Head;
@@ -285,10 +285,7 @@ struct Rims {
 impl Rims {
     fn at(&self, size: Size, texel: usize) -> [f32; 3] {
         let (x, y) = (texel % size.width as usize, texel / size.width as usize);
-        let uv = [
-            (x as f32 + 0.5) / size.width as f32,
-            (y as f32 + 0.5) / size.height as f32,
-        ];
+        let uv = [(x as f32 + 0.5) / size.width as f32, (y as f32 + 0.5) / size.height as f32];
         bilinear(self.coarse, &self.values, uv)
     }
 }

@@ -119,6 +119,11 @@ impl Fit {
             .zip(pixels)
             .map(|(photo, pixels)| View::new((head, &drawing), &rest, photo, pixels))
             .collect::<Option<Vec<View>>>()?;
+        let mismatches = views.iter().map(|view| view.mismatch(head, &rest)).collect();
+        let belief = average_pose::belief(median(mismatches));
+        for (view, pixels) in views.iter_mut().zip(pixels) {
+            view.believe_average((head, &drawing), &rest, pixels, belief);
+        }
         let hold = held_still(head);
         let (shaped, expressive) = match &head.model {
             Some(model) => {
@@ -228,32 +233,40 @@ impl View {
                 break;
             }
         }
-        view.believe_average((head, drawing), rest, pixels);
         Some(view)
     }
 
-    /// Turns the camera towards where the average face has it, the more the less the head is like
-    /// the photographed one.
+    /// Turns the camera towards where the average face has it.
+    ///
+    /// - `belief`: how far, from 0 to 1.
     fn believe_average(
         &mut self,
         (head, drawing): (&Head, &Drawing<'_>),
         rest: &[DVec3],
         pixels: &Pixels<'_>,
+        belief: f64,
     ) {
         /// Share from which the head's landmarks are found again from the new side.
         const MUCH: f64 = 0.1;
-        let average = average_pose::of_photograph(&head.canonical, &self.photo.points, &self.camera);
+        let average =
+            average_pose::of_photograph(&head.canonical, &self.photo.points, &self.camera);
         let (Some(of_average), Some(of_head)) = (average, head.to_canonical) else { return };
-        let points = head.points_of(&self.landmarks, rest);
-        let unit_px = self.camera.scale(self.camera.view(points[NOSE_TIP]).z) * head.unit();
-        let belief = average_pose::belief(self.residual(head, rest) / unit_px);
         let (own, other) = (self.camera.rotation, of_average * of_head);
         let rotation = DQuat::from_mat3(&own).slerp(DQuat::from_mat3(&other), belief);
         self.turn(head, rest, DMat3::from_quat(rotation));
-        if belief > MUCH && let Some(landmarks) = head.landmarks_in(drawing, &self.camera, pixels) {
+        if belief > MUCH
+            && let Some(landmarks) = head.landmarks_in(drawing, &self.camera, pixels)
+        {
             self.landmarks = landmarks;
             self.turn(head, rest, self.camera.rotation);
         }
+    }
+
+    /// The median distance of the landmarks from those of the head at rest, in eye distances.
+    fn mismatch(&self, head: &Head, rest: &[DVec3]) -> f64 {
+        let nose = head.points_of(&self.landmarks[NOSE_TIP..=NOSE_TIP], rest)[0];
+        let unit_px = self.camera.scale(self.camera.view(nose).z) * head.unit();
+        self.residual(head, rest) / unit_px
     }
 
     /// Turns the camera, and moves it to where the landmarks are then seen.
@@ -328,22 +341,23 @@ impl View {
     /// The median distance of the landmarks from those of the fitted head, in pixels.
     fn residual(&self, head: &Head, posed: &[DVec3]) -> f64 {
         let points = head.points_of(&self.landmarks, posed);
-        let mut distances: Vec<f64> = points
-            .iter()
-            .zip(&self.photo.points)
-            .zip(&self.landmarks)
-            .filter(|(_, landmark)| landmark.certainty > 0.3)
-            .map(|((&point, seen), _)| {
-                let [x, y, _] = self.camera.project(point);
-                (x - seen[0]).hypot(y - seen[1])
-            })
-            .collect();
-        let middle = distances.len() / 2;
-        if distances.is_empty() {
-            return f64::NAN;
-        }
-        *distances.select_nth_unstable_by(middle, f64::total_cmp).1
+        let certain = points.iter().zip(&self.photo.points).zip(&self.landmarks);
+        let certain = certain.filter(|(_, landmark)| landmark.certainty > 0.3);
+        let distance = |((&point, seen), _): ((&DVec3, &[f64; 3]), &HeadLandmark)| {
+            let [x, y, _] = self.camera.project(point);
+            (x - seen[0]).hypot(y - seen[1])
+        };
+        median(certain.map(distance).collect())
     }
+}
+
+/// The upper of the two middle values if there are two; NaN of none.
+fn median(mut values: Vec<f64>) -> f64 {
+    let middle = values.len() / 2;
+    if values.is_empty() {
+        return f64::NAN;
+    }
+    *values.select_nth_unstable_by(middle, f64::total_cmp).1
 }
 
 /// Where photographs put landmarks, as displacements from where they are.

@@ -80,8 +80,7 @@ impl Head {
         let texture = texture.map(plain);
         let drawing = Drawing::new(&mesh, &anatomy, &components, texture.as_ref());
         let landmarks = head_landmarks::landmarks(&drawing, &canonical.mates, &*detect)?;
-        let canonical: Vec<DVec3> =
-            canonical.positions.iter().map(|&at| DVec3::from(at)).collect();
+        let canonical: Vec<DVec3> = canonical.positions.iter().map(|&at| DVec3::from(at)).collect();
         let positions: Vec<DVec3> = mesh.positions().iter().map(wide).collect();
         let points = points_of(&mesh, &landmarks, &positions);
         let to_canonical = average_pose::of_head(&points, &landmarks, &canonical);

@@ -97,10 +97,10 @@ const LIMITS: [f64; 2] = [0.4, 2.0];
 const SOFT: f64 = 0.75;
 
 /// Luminance of the lightest skin. What is lighter is exposed too long.
-const LIGHTEST: f64 = 0.5;
+const LIGHTEST: f64 = 0.55;
 
 /// How far skin may be lighter than plain skin, as a share; it shines more in a photograph.
-const SHEEN: f64 = 0.25;
+const SHEEN: f64 = 0.4;
 
 /// Fewest samples.
 const FEWEST: usize = 200;
@@ -138,9 +138,7 @@ impl Light {
         let factors = match how {
             Relight::Off => return color,
             Relight::Full => light,
-            Relight::Soft => {
-                [luminance(light).powf(SOFT); 3]
-            }
+            Relight::Soft => [luminance(light).powf(SOFT); 3],
         };
         let even: [f64; 3] =
             std::array::from_fn(|k| f64::from(linear_from_srgb(color[k])) / factors[k]);

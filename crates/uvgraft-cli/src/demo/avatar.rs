@@ -92,11 +92,8 @@ impl Pictures {
         let scene = Scene::read(glb)?;
         let renderer = Renderer::for_scene(&scene);
         let clip = |name: &str, seconds| {
-            let found = scene.clips().iter().position(|clip| clip.name == name);
-            anyhow::Ok(PoseRequest {
-                clip: Some((found.context("a clip")?, seconds)),
-                ..PoseRequest::default()
-            })
+            let clip = Some((clip(&scene, name)?, seconds));
+            anyhow::Ok(PoseRequest { clip, ..PoseRequest::default() })
         };
         let face = |weights: &[(&str, f32)]| {
             let weights = weights.iter().map(|&(name, weight)| (name.to_owned(), weight)).collect();
@@ -145,6 +142,12 @@ impl Pictures {
         }
         sheet
     }
+}
+
+/// The number of a scene's clip.
+pub(super) fn clip(scene: &Scene, name: &str) -> anyhow::Result<usize> {
+    let found = scene.clips().iter().position(|clip| clip.name == name);
+    found.with_context(|| format!("a clip `{name}`"))
 }
 
 /// The whole figure, seen from an angle in degrees.

@@ -118,7 +118,7 @@ pub(crate) fn run(args: &Args) -> anyhow::Result<ExitCode> {
         Some(photo) => {
             let sheet = selfie::made(&photo, &folder.join("selfie.glb"))?;
             steps.done("selfie", "avatar of a photograph".to_owned());
-            Some(sheet)
+            Some((photo, sheet))
         }
         None => None,
     };
@@ -175,10 +175,19 @@ pub(crate) fn run(args: &Args) -> anyhow::Result<ExitCode> {
     };
     let has_selfie = selfie.is_some();
     let outputs = match selfie {
-        Some(sheet) => outputs
-            // Written when it was made.
-            .file("selfie.glb", "avatar of a photograph", |_| Ok(()))?
-            .file("selfie.png", "the photograph and its avatar", |path| sheet.write(path))?,
+        Some((photo, sheet)) => {
+            let outputs = if photo.starts_with(outputs.folder) {
+                // This and the avatar were written when they were made.
+                outputs.file(selfie::PORTRAIT, "photograph of the figure", |_| Ok(()))?
+            } else {
+                outputs
+            };
+            outputs.file("selfie.glb", "avatar of a photograph", |_| Ok(()))?.file(
+                "selfie.png",
+                "the photograph and its avatar",
+                |path| sheet.write(path),
+            )?
+        }
         None => outputs,
     };
     steps.done("writing", format!("{} files", outputs.written.len()));

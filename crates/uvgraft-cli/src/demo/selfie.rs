@@ -8,15 +8,18 @@ use uvgraft::{Averaging, Channels, Depth, Filter, Size, Texture};
 use uvgraft_figure::Figure;
 use uvgraft_gltf::scene::{PoseRequest, Scene};
 use uvgraft_io::image::{self, Image, WriteOptions};
-use uvgraft_render::{Perspective, RenderOptions, Renderer, View};
+use uvgraft_render::{RenderOptions, Renderer, View};
 
-use super::avatar::{body, head};
+use super::avatar::{body, clip, head};
 use super::views::render;
 use super::{fetched, row};
 use crate::avatar;
 use crate::failure::OrBadInput;
 use crate::picture::Picture as Sheet;
 use crate::weights;
+
+/// File of the figure's photograph.
+pub(super) const PORTRAIT: &str = "photo.png";
 
 const PANEL: Size = Size::new(400, 540);
 
@@ -47,10 +50,10 @@ pub(super) fn photo(
     if astronaut.is_file() {
         return Ok(Some(astronaut));
     }
-    const PORTRAIT: View =
+    const VIEW: View =
         View { azimuth: 8.0, elevation: 3.0, target: [0.0, 1.57, 0.0], height: 0.55, floor: false };
-    let picture = render(&figure.body, texture, &PORTRAIT, Size::new(900, 1200));
-    let path = folder.join("photo.png");
+    let picture = render(&figure.body, texture, &VIEW, Size::new(900, 1200));
+    let path = folder.join(PORTRAIT);
     // 8-bit PNG files lose nothing.
     let _ = image::write(&Image::from(picture), &path, &WriteOptions::default())?;
     Ok(Some(path))
@@ -69,15 +72,15 @@ pub(super) fn made(photo: &Path, output: &Path) -> anyhow::Result<Sheet> {
     let scene = Scene::read(&std::fs::read(output)?)?;
     let renderer = Renderer::for_scene(&scene);
     let mut panels = vec![fitted(image::read(photo).or_bad_input()?.texture)?];
-    for camera in [head(0.0), head(35.0), body(15.0)] {
-        panels.push(shot(&scene, &renderer, &camera)?);
+    let options = RenderOptions { floor: Some(0.0), ..RenderOptions::default() };
+    for (name, seconds, camera) in
+        [("idle", 0.0, head(0.0)), ("idle", 0.0, head(35.0)), ("wave", 1.2, body(15.0))]
+    {
+        let posing =
+            PoseRequest { clip: Some((clip(&scene, name)?, seconds)), ..PoseRequest::default() };
+        panels.push(renderer.render(&scene.pose(&posing)?, &camera, &options, PANEL));
     }
     Ok(row(&panels, PANEL))
-}
-
-fn shot(scene: &Scene, renderer: &Renderer, camera: &Perspective) -> anyhow::Result<Texture> {
-    let options = RenderOptions { floor: Some(0.0), ..RenderOptions::default() };
-    Ok(renderer.render(&scene.pose(&PoseRequest::default())?, camera, &options, PANEL))
 }
 
 /// A photograph as large as a panel allows.
