@@ -2,17 +2,17 @@
 //! spread smoothly over the surface, and hair where hair grows.
 
 use glam::DVec3;
+use uvgraft::Area;
 use uvgraft::easing::smoothstep;
 use uvgraft::surface_field::Smoothness;
 use uvgraft::surface_index::SurfacePoint;
 use uvgraft::threads::map_indices;
-use uvgraft::{Area, Size};
 
 use crate::color_model::median_color;
 use crate::head::Head;
 use crate::layout_texels::LayoutTexels;
 use crate::mirror::Mirror;
-use crate::raster::{bilinear, blurred};
+use crate::raster::{Squares, bilinear};
 
 /// Smoothness of colours that spread over the surface, in eye distances.
 const SPREAD: Smoothness = Smoothness { bending: 0.02, membrane: 0.5 };
@@ -52,7 +52,7 @@ impl<'a> Completion<'a> {
         let mirror = Mirror::new(self.head);
         let rims = self.rims(&colors, known, &tones);
         let faded = map_indices(size.texels(), |texel| {
-            let rim = rims.at(size, texel);
+            let rim = rims.at(texel);
             std::array::from_fn::<f32, 3, _>(|k| colors[texel][k] - rim[k])
         });
         let packed: Vec<[f32; 4]> = faded
@@ -109,50 +109,33 @@ impl<'a> Completion<'a> {
 
     /// By how much what is known must change near its rim so that its tone, though not its detail,
     /// becomes that of what is filled: shade beside hair and at the sides of a face would end there.
-    fn rims(&self, colors: &[[f32; 3]], known: &[f32], tones: &[[f64; 3]]) -> Rims {
+    fn rims(&self, colors: &[[f32; 3]], known: &[f32], tones: &[[f64; 3]]) -> Squares<3> {
         /// Tones are those of squares with this share of the texture's side, and change over some.
         const SQUARES: u32 = 128;
         const AROUND: usize = 1;
         const RIM: usize = 3;
-        let size = self.texels.size();
-        let side = (size.width.max(size.height) / SQUARES).max(1);
-        let coarse = Size::new(size.width.div_ceil(side), size.height.div_ceil(side));
         // The difference from the tone, and how far it is known; beside islands there is no rim.
-        let squares = map_indices(coarse.texels(), |square| {
-            let (x, y) = (square as u32 % coarse.width * side, square as u32 / coarse.width * side);
-            let (mut of_known, mut or_beside, mut count) = ([0.0_f32; 4], 0.0, 0.0);
-            for y in (y..(y + side).min(size.height)).step_by(2) {
-                for x in (x..(x + side).min(size.width)).step_by(2) {
-                    let texel = y as usize * size.width as usize + x as usize;
-                    count += 1.0;
-                    let Some(place) = self.texels.place(texel) else {
-                        or_beside += 1.0;
-                        continue;
-                    };
-                    let tone = self.tone(tones, &place);
-                    or_beside += known[texel];
-                    (0..3).for_each(|k| of_known[k] += (colors[texel][k] - tone[k]) * known[texel]);
-                    of_known[3] += known[texel];
-                }
-            }
-            let [r, g, b, known] = of_known.map(|sum| sum / count);
-            [r, g, b, known, or_beside / count]
+        let squares = Squares::new(self.texels.size(), SQUARES, |texel| {
+            let Some(place) = self.texels.place(texel) else { return [0.0, 0.0, 0.0, 0.0, 1.0] };
+            let (tone, known) = (self.tone(tones, &place), known[texel]);
+            let [r, g, b] = std::array::from_fn(|k| (colors[texel][k] - tone[k]) * known);
+            [r, g, b, known, known]
         });
-        let tones = blurred(coarse, &squares, AROUND);
-        let interior = blurred(coarse, &squares, RIM);
-        let values = tones.iter().zip(&interior).map(|(&[r, g, b, known, _], &[.., interior])| {
+        let tones = squares.blurred(AROUND);
+        let interior = squares.blurred(RIM);
+        tones.map(|square| {
+            let ([r, g, b, known, _], [.., interior]) =
+                (tones.values()[square], interior.values()[square]);
             let share = (1.0 - smoothstep(0.5, 0.95, interior)) / known.max(1e-3);
             [r, g, b].map(|difference| difference * share)
-        });
-        Rims { coarse, values: values.collect() }
+        })
     }
 
     /// What is known, fading towards what is not over some millimetres: what is filled never has
     /// quite the tone of what it adjoins.
     fn feathered(&self, known: &[f32]) -> Vec<f32> {
-        const SHARE: u32 = 110;
-        let size = self.texels.size();
-        let radius = (size.width.max(size.height) / SHARE) as usize;
+        const SQUARES: u32 = 512;
+        const RADIUS: usize = 5;
         let areas = [Area::Lips, Area::MouthInterior, Area::EyeSockets, Area::Eyes]
             .map(|area| self.head.anatomy.area(area));
         let is_narrow = |face: u32| {
@@ -160,31 +143,25 @@ impl<'a> Completion<'a> {
             areas.iter().any(|area| corners.iter().any(|&vertex| area[vertex as usize] > 0.3))
         };
         // Beside islands there is nothing to fade towards, and lips and lids are narrow.
-        let known_or_beside: Vec<[f32; 1]> = (0..known.len())
-            .map(|texel| match self.texels.face(texel) {
+        let around =
+            Squares::new(self.texels.size(), SQUARES, |texel| match self.texels.face(texel) {
                 Some(face) if !is_narrow(face) => [known[texel]],
                 _ => [1.0],
-            })
-            .collect();
-        let around = blurred(size, &known_or_beside, radius);
-        known
-            .iter()
-            .zip(around)
-            .map(|(known, around)| known * smoothstep(0.5, 0.95, around[0]))
-            .collect()
+            });
+        let around = around.blurred(RADIUS);
+        map_indices(known.len(), |texel| known[texel] * smoothstep(0.5, 0.95, around.at(texel)[0]))
     }
 
     /// `[texels]`: how much darker lips are where they touch, which no photograph of a smile shows:
     /// in the middle of what is not known of them.
     fn between_lips(&self, known: &[f32]) -> Vec<f32> {
-        /// Radius of the neighbourhood, as a share of the texture's side.
-        const SHARE: u32 = 60;
+        /// Radius of the neighbourhood in squares of which the texture's side has so many.
+        const SQUARES: u32 = 512;
+        const RADIUS: usize = 9;
         const DARKER: f32 = 0.45;
-        let size = self.texels.size();
-        let radius = (size.width.max(size.height) / SHARE) as usize;
-        let known: Vec<[f32; 1]> = known.iter().map(|&known| [known]).collect();
-        let around = blurred(size, &known, radius);
-        around.into_iter().map(|[known]| DARKER * (1.0 - smoothstep(0.0, 0.3, known))).collect()
+        let around = Squares::new(self.texels.size(), SQUARES, |texel| [known[texel]]);
+        let around = around.blurred(RADIUS);
+        map_indices(known.len(), |texel| DARKER * (1.0 - smoothstep(0.0, 0.3, around.at(texel)[0])))
     }
 
     /// `[vertices]`: the colour of skin at each, from texels that are known, spread over the rest.
@@ -273,20 +250,6 @@ impl<'a> Completion<'a> {
             return None;
         }
         median_color(texels.into_iter().map(|texel| colors[texel]))
-    }
-}
-
-/// Changes of colours near the rims of what is known, on a coarse grid.
-struct Rims {
-    coarse: Size,
-    values: Vec<[f32; 3]>,
-}
-
-impl Rims {
-    fn at(&self, size: Size, texel: usize) -> [f32; 3] {
-        let (x, y) = (texel % size.width as usize, texel / size.width as usize);
-        let uv = [(x as f32 + 0.5) / size.width as f32, (y as f32 + 0.5) / size.height as f32];
-        bilinear(self.coarse, &self.values, uv)
     }
 }
 

@@ -213,6 +213,8 @@ impl View {
         const DRAWINGS: usize = 4;
         /// A turn, in radians, after which another drawing tells nothing new.
         const SETTLED: f64 = 0.004;
+        /// How far the average face is believed if the head is evidently not the photographed one.
+        const OTHERS: f64 = 0.97;
         assert_eq!(photo.points.len(), head.landmarks.len(), "landmarks of a photograph");
         let photo = photo.steadied();
         let used: Vec<usize> =
@@ -229,7 +231,9 @@ impl View {
             view.landmarks = landmarks;
             view.refine(head, rest);
             let turn = DQuat::from_mat3(&(view.camera.rotation * before.transpose()));
-            if turn.to_axis_angle().1 < SETTLED {
+            // Of what the average face will decide this need not be settled.
+            let belief = average_pose::belief(view.mismatch(head, rest));
+            if turn.to_axis_angle().1 < SETTLED || belief > OTHERS {
                 break;
             }
         }

@@ -9,7 +9,7 @@ use uvgraft::Size;
 use uvgraft::easing::smoothstep;
 use uvgraft::threads::{for_each, map_indices};
 
-use crate::raster::{bilinear, blurred};
+use crate::raster::Squares;
 
 /// A photograph's share in a texture.
 #[derive(Debug, Clone)]
@@ -83,7 +83,7 @@ impl Fusion {
                 *color = std::array::from_fn(|k| (color[k] * gain[k]).min(1.0));
             }
         }
-        let coarse_of = Coarse::new(self.size, &layer);
+        let coarse_of = coarse_band(self.size, &layer);
         let width = self.size.width as usize;
         let rows = self
             .coarse
@@ -103,7 +103,8 @@ impl Fusion {
                 if is_known <= 0.0 {
                     continue;
                 }
-                let soft = coarse_of.at(self.size, texel);
+                let [r, g, b, weight] = coarse_of.at(texel);
+                let soft = [r, g, b].map(|value| value / weight.max(1e-9));
                 let weights = [COARSE, FINE].map(|power| is_known * facing.powi(power) + 1e-9);
                 for k in 0..3 {
                     coarse[x][k] += weights[0] * soft[k];
@@ -165,38 +166,13 @@ impl Fusion {
     }
 }
 
-/// The coarse band of a layer: means over squares, blurred, where it is known.
-struct Coarse {
-    size: Size,
-    /// Weighted colours and weights.
-    squares: Vec<[f32; 4]>,
-}
-
-impl Coarse {
-    fn new(from: Size, layer: &Layer) -> Self {
-        let side = |texels: u32| texels.min(SQUARES);
-        let size = Size::new(side(from.width), side(from.height));
-        let mut squares = vec![[0.0_f32; 4]; size.texels()];
-        for (texel, (color, &known)) in layer.colors.iter().zip(&layer.known).enumerate() {
-            let [x, y] = [texel as u32 % from.width, texel as u32 / from.width];
-            let column = u64::from(x) * u64::from(size.width) / u64::from(from.width);
-            let row = u64::from(y) * u64::from(size.height) / u64::from(from.height);
-            let square = &mut squares[(row * u64::from(size.width) + column) as usize];
-            for k in 0..3 {
-                square[k] += known * color[k];
-            }
-            square[3] += known;
-        }
-        Self { size, squares: blurred(size, &squares, 1) }
-    }
-
-    fn at(&self, size: Size, texel: usize) -> [f32; 3] {
-        let [x, y] = [texel as u32 % size.width, texel as u32 / size.width];
-        let uv = [(x as f32 + 0.5) / size.width as f32, (y as f32 + 0.5) / size.height as f32];
-        let [r, g, b, weight] = bilinear(self.size, &self.squares, uv);
-        let weight = weight.max(1e-9);
-        [r / weight, g / weight, b / weight]
-    }
+/// The coarse band of a layer: weighted colours and weights over squares, where it is known.
+fn coarse_band(size: Size, layer: &Layer) -> Squares<4> {
+    let of_texel = |texel: usize| {
+        let ([r, g, b], known) = (layer.colors[texel], layer.known[texel]);
+        [r * known, g * known, b * known, known]
+    };
+    Squares::new(size, SQUARES, of_texel).blurred(1)
 }
 
 #[cfg(test)]

@@ -24,9 +24,9 @@ impl<'a> Pixels<'a> {
     /// - `at`: its centre, in pixels of the photograph.
     /// - `side`: in the same unit.
     pub(crate) fn mean(&self, at: [f64; 2], side: f64) -> [f32; 3] {
-        /// Most samples along a side.
+        /// Most samples along a side; each is the mean of some two pixels along it.
         const MOST: f64 = 4.0;
-        let samples = (side * self.scale[0]).ceil().clamp(1.0, MOST) as usize;
+        let samples = (side * self.scale[0] / 2.0).ceil().clamp(1.0, MOST) as usize;
         let step = side / samples as f64;
         let mut sum = [0.0; 3];
         for index in 0..samples * samples {

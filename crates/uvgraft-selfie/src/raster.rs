@@ -22,6 +22,69 @@ pub(crate) fn bilinear<const N: usize>(size: Size, values: &[[f32; N]], uv: [f32
     })
 }
 
+/// A field's means over squares of texels, for what changes slowly.
+#[derive(Debug, Clone)]
+pub(crate) struct Squares<const N: usize> {
+    /// Of the field.
+    field: Size,
+    /// Columns and rows.
+    size: Size,
+    values: Vec<[f32; N]>,
+}
+
+impl<const N: usize> Squares<N> {
+    /// - `most`: columns and rows, at most.
+    /// - `value`: of a texel.
+    pub fn new(field: Size, most: u32, value: impl Fn(usize) -> [f32; N] + Sync) -> Self {
+        let size = Size::new(field.width.min(most), field.height.min(most));
+        let range = |index: u32, count: u32, texels: u32| {
+            let start = |index: u32| {
+                (u64::from(index) * u64::from(texels)).div_ceil(u64::from(count)) as usize
+            };
+            start(index)..start(index + 1)
+        };
+        let values = map_indices(size.texels(), |square| {
+            let (column, row) = (square as u32 % size.width, square as u32 / size.width);
+            let columns = range(column, size.width, field.width);
+            let mut sum = [0.0; N];
+            let mut count = 0.0;
+            for y in range(row, size.height, field.height) {
+                for x in columns.clone() {
+                    let value = value(y * field.width as usize + x);
+                    sum.iter_mut().zip(value).for_each(|(sum, value)| *sum += value);
+                    count += 1.0;
+                }
+            }
+            sum.map(|sum| sum / count)
+        });
+        Self { field, size, values }
+    }
+
+    /// As [`blurred`]; the radius in squares.
+    #[must_use]
+    pub fn blurred(&self, radius: usize) -> Self {
+        Self { values: blurred(self.size, &self.values, radius), ..*self }
+    }
+
+    /// The same squares with other values.
+    pub fn map<const M: usize>(&self, value: impl Fn(usize) -> [f32; M]) -> Squares<M> {
+        let values = (0..self.values.len()).map(value).collect();
+        Squares { field: self.field, size: self.size, values }
+    }
+
+    pub fn values(&self) -> &[[f32; N]] {
+        &self.values
+    }
+
+    /// The value at a texel of the field, between the squares' centres.
+    pub fn at(&self, texel: usize) -> [f32; N] {
+        let width = self.field.width as usize;
+        let (x, y) = ((texel % width) as f32 + 0.5, (texel / width) as f32 + 0.5);
+        let uv = [x / self.field.width as f32, y / self.field.height as f32];
+        bilinear(self.size, &self.values, uv)
+    }
+}
+
 /// Three box blurs, which together are nearly a Gaussian; the edges repeat.
 ///
 /// - `radius`: of each box, in texels; 0 changes nothing.
@@ -92,6 +155,22 @@ mod tests {
         let right = spread[8 * 31 + 18][0];
         assert!((spread[8 * 31 + 12][0] - right).abs() < 1e-6);
         assert!((spread[11 * 31 + 15][0] - right).abs() < 1e-6);
+    }
+
+    #[test]
+    fn squares_follow_what_changes_slowly() {
+        let field = Size::new(100, 60);
+        let slope = |texel: usize| [(texel % 100) as f32 + 0.5, (texel / 100) as f32 + 0.5];
+        for most in [20, 33, 200] {
+            let squares = Squares::new(field, most, slope);
+            for texel in [30 * 100 + 50, 20 * 100 + 31] {
+                let (found, wanted) = (squares.at(texel), slope(texel));
+                assert!((0..2).all(|k| (found[k] - wanted[k]).abs() < 1.0), "{most}: {found:?}");
+            }
+        }
+        let mean = |squares: &Squares<2>| squares.values().iter().map(|at| at[0]).sum::<f32>();
+        let squares = Squares::new(field, 20, slope);
+        assert!((mean(&squares) - mean(&squares.blurred(2))).abs() < 1e-2 * mean(&squares));
     }
 
     #[test]

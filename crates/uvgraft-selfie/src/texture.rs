@@ -152,10 +152,11 @@ fn layer(
     let light = light(head, texels, &seen, &normal);
     let colors = map_indices(seen.seen.len(), |texel| {
         let color = unit_color(seen.colors[texel]);
+        if seen.seen[texel] <= 0.0 {
+            return color;
+        }
         match (&light, normal(texel)) {
-            (Some(light), Some(normal)) if seen.seen[texel] > 0.0 => {
-                light.removed(color, normal, relight)
-            }
+            (Some(light), Some(normal)) => light.removed(color, normal, relight),
             _ => color,
         }
     });
