@@ -7,6 +7,7 @@ use uvgraft::mesh::{Corner, MeshPart};
 use uvgraft_io::obj;
 
 use crate::ImportError;
+use crate::eye_layout;
 use crate::target::METRES;
 use crate::wheel::Wheel;
 
@@ -99,10 +100,15 @@ fn parts(mesh: &Mesh, positions: &[[f32; 3]]) -> Result<(Vec<u32>, Mesh), String
     }
     let kept = renumbered(&mut corners, |corner| &mut corner.vertex);
     let kept_uv = renumbered(&mut corners, |corner| &mut corner.uv);
-    let places = kept.iter().map(|&vertex| positions[vertex as usize]).collect();
+    let places: Vec<[f32; 3]> = kept.iter().map(|&vertex| positions[vertex as usize]).collect();
     let uv = kept_uv.iter().map(|&at| mesh.uv()[at as usize]).collect();
-    let body = Mesh::from_polygons(places, uv, &corners, &sizes);
-    Ok((kept, body.map_err(|error| error.to_string())?.with_parts(named)))
+    let body = |uv| {
+        let body = Mesh::from_polygons(places.clone(), uv, &corners, &sizes);
+        Ok::<_, String>(body.map_err(|error| error.to_string())?.with_parts(named.clone()))
+    };
+    let uv = eye_layout::with_room(&body(uv)?);
+    let body = body(uv)?;
+    Ok((kept, body))
 }
 
 /// Replaces indices by their ranks, and returns the indices in ascending order.

@@ -6,11 +6,10 @@
 //! that no triangle flips and nothing overlaps. Inner mouth, eyelids' backs, eyes, teeth, tongue
 //! and lashes lie in a strip below.
 
-use std::collections::BTreeMap;
-
 use glam::Vec2;
 use uvgraft::Mesh;
 
+use crate::islands::{Island, islands};
 use crate::t_pose::Weights;
 
 /// Joints of the neck and head.
@@ -42,20 +41,20 @@ pub(crate) struct HeadLayout {
 impl HeadLayout {
     /// - `mesh`: the body in MakeHuman's layout.
     pub(crate) fn new(mesh: &Mesh, weights: &Weights) -> Self {
-        let islands = islands(mesh, weights);
+        let islands = islands_of_head(mesh, weights);
         let mut uv: Vec<Vec2> = mesh.uv().iter().map(|&[u, v]| Vec2::new(u, 1.0 - v)).collect();
-        let largest = islands.values().max_by_key(|island| island.faces.len());
+        let largest = islands.iter().max_by_key(|island| island.faces.len());
         let mut small: Vec<&Island> = Vec::new();
-        for island in islands.values() {
+        for island in &islands {
             if largest.is_some_and(|largest| std::ptr::eq(largest, island)) {
-                magnify(&mut uv, &island.coordinates);
+                magnify(&mut uv, island);
             } else {
                 small.push(island);
             }
         }
         pack(&mut uv, &small);
         let mut body_faces: Vec<u32> =
-            islands.values().flat_map(|island| island.faces.iter().copied()).collect();
+            islands.iter().flat_map(|island| island.faces.iter().copied()).collect();
         body_faces.sort_unstable();
         let pick = |all: &[[u32; 3]]| -> Vec<[u32; 3]> {
             body_faces.iter().map(|&face| all[face as usize]).collect()
@@ -67,64 +66,25 @@ impl HeadLayout {
     }
 }
 
-/// Triangles that are connected in the layout.
-struct Island {
-    faces: Vec<u32>,
-    /// Indices of texture coordinates, ascending.
-    coordinates: Vec<u32>,
-}
-
-/// The islands that follow the head or neck for the most part, by their lowest coordinate index.
-fn islands(mesh: &Mesh, weights: &Weights) -> BTreeMap<u32, Island> {
-    let mut root: Vec<u32> = (0..mesh.uv().len() as u32).collect();
-    for &[a, b, c] in mesh.uv_faces() {
-        for other in [b, c] {
-            let (one, two) = (find(&mut root, a), find(&mut root, other));
-            root[one.max(two) as usize] = one.min(two);
-        }
-    }
-    let mut islands: BTreeMap<u32, (Island, f32)> = BTreeMap::new();
-    for (face, (vertices, corners)) in mesh.faces().iter().zip(mesh.uv_faces()).enumerate() {
-        let empty = || (Island { faces: Vec::new(), coordinates: Vec::new() }, 0.0);
-        let (island, share) = islands.entry(find(&mut root, corners[0])).or_insert_with(empty);
-        island.faces.push(face as u32);
-        island.coordinates.extend(corners);
-        let own = weights[vertices[0] as usize].iter();
-        let own = own.filter(|(joint, _)| HEAD_JOINTS.contains(joint));
-        *share += own.map(|(_, weight)| weight).sum::<f32>();
-    }
-    islands.retain(|_, (island, share)| *share > 0.5 * island.faces.len() as f32);
-    let sorted = |(mut island, _): (Island, f32)| {
-        island.coordinates.sort_unstable();
-        island.coordinates.dedup();
-        island
+/// The islands that follow the head or neck for the most part.
+fn islands_of_head(mesh: &Mesh, weights: &Weights) -> Vec<Island> {
+    let share = |&face: &u32| -> f32 {
+        let vertex = mesh.faces()[face as usize][0];
+        let own = weights[vertex as usize].iter();
+        own.filter(|(joint, _)| HEAD_JOINTS.contains(joint)).map(|(_, weight)| weight).sum()
     };
-    islands.into_iter().map(|(root, island)| (root, sorted(island))).collect()
-}
-
-fn find(root: &mut [u32], at: u32) -> u32 {
-    let mut top = at;
-    while root[top as usize] != top {
-        top = root[top as usize];
-    }
-    let mut at = at;
-    while root[at as usize] != top {
-        at = std::mem::replace(&mut root[at as usize], top);
-    }
-    top
-}
-
-fn bounds(uv: &[Vec2], coordinates: &[u32]) -> [Vec2; 2] {
-    let places = || coordinates.iter().map(|&at| uv[at as usize]);
-    [places().fold(Vec2::MAX, Vec2::min), places().fold(Vec2::MIN, Vec2::max)]
+    let is_of_head = |island: &Island| {
+        island.faces.iter().map(share).sum::<f32>() > 0.5 * island.faces.len() as f32
+    };
+    islands(mesh).into_iter().filter(is_of_head).collect()
 }
 
 /// Turns the head's island upright, and spreads it over the texture above the strip.
-fn magnify(uv: &mut [Vec2], coordinates: &[u32]) {
-    let [low, high] = bounds(uv, coordinates);
+fn magnify(uv: &mut [Vec2], island: &Island) {
+    let [low, high] = island.bounds(uv);
     let (middle, half) = ((low + high) / 2.0, (high - low) / 2.0);
     let down = |t: f32| (DOWN * (t - MIDDLE)).atan();
-    for &at in coordinates {
+    for &at in &island.coordinates {
         let place = &mut uv[at as usize];
         // The top of the head is at the left of MakeHuman's layout.
         let across = (place.y - middle.y) / half.y;
@@ -138,8 +98,7 @@ fn magnify(uv: &mut [Vec2], coordinates: &[u32]) {
 
 /// Places islands side by side in the strip, with equal scale, from the widest to the narrowest.
 fn pack(uv: &mut [Vec2], islands: &[&Island]) {
-    let boxes: Vec<[Vec2; 2]> =
-        islands.iter().map(|island| bounds(uv, &island.coordinates)).collect();
+    let boxes: Vec<[Vec2; 2]> = islands.iter().map(|island| island.bounds(uv)).collect();
     let mut order: Vec<usize> = (0..islands.len()).collect();
     let height = |at: usize| (boxes[at][1] - boxes[at][0]).y;
     order.sort_by(|&a, &b| height(b).total_cmp(&height(a)).then(a.cmp(&b)));
@@ -151,11 +110,7 @@ fn pack(uv: &mut [Vec2], islands: &[&Island]) {
     }
     for (at, corner) in columns(&boxes, &order, low).unwrap_or_default() {
         let [from, to] = boxes[at];
-        let scale = scale_of(to - from, low);
-        for &coordinate in &islands[at].coordinates {
-            let place = &mut uv[coordinate as usize];
-            *place = corner + (*place - from) * scale;
-        }
+        islands[at].place(uv, corner, scale_of(to - from, low));
     }
 }
 

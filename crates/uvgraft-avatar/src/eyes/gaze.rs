@@ -8,6 +8,9 @@ use super::eyeball::Eyeball;
 /// Minimum bulge of a cornea, relative to the radius; less is due to the coarseness of a sphere.
 const BULGE: f32 = 0.015;
 
+/// How much more than its back an eyeball's front must bulge: coarse spheres are uneven all around.
+const DISTINCT: f32 = 2.0;
+
 /// Maximum angle between the eyes of a face at rest and straight ahead, in degrees.
 const MAX_ASIDE: f32 = 25.0;
 
@@ -36,8 +39,10 @@ impl Gaze {
         let bulge = |offset: &Vec3| offset.length() / eyeball.radius - 1.0;
         let front = || offsets().filter(|offset| offset.z > 0.0);
         let most = front().map(|offset| bulge(&offset)).fold(0.0, f32::max);
+        let behind = offsets().filter(|offset| offset.z <= 0.0).map(|offset| bulge(&offset));
+        let behind = behind.fold(0.0, f32::max);
         let default = Self { center: eyeball.center, axis: Vec3::Z, iris: IRIS.to_radians() };
-        if most < BULGE {
+        if most < BULGE.max(DISTINCT * behind) {
             return default;
         }
         let cornea = || front().filter(|offset| bulge(offset) > 0.35 * most);
