@@ -278,14 +278,16 @@ fn the_head_has_a_layout_without_flips_or_overlaps_that_gives_the_face_room() {
         }
     }
     assert_eq!(doubles, 0, "texels of two triangles");
-    // The face: in front of the eyes' centres, between chin and brows.
+    // The face: in front of the eyes' centres, between chin and brows, and without eyeballs.
     let model = BodyModel::from_arrays(arrays).unwrap();
     let shaped = model.shaped(&Shape::default()).unwrap();
-    let eyes = Vec3::from(shaped.skeleton().joints()[23].position);
+    let [left, eyes] = [23, 24].map(|joint| Vec3::from(shaped.skeleton().joints()[joint].position));
     let is_face = |mesh: &uvgraft::Mesh, face: usize| {
         let center = mesh.faces()[face].map(|v| Vec3::from(mesh.positions()[v as usize]));
         let center = center.into_iter().sum::<Vec3>() / 3.0;
-        center.z > eyes.z - 0.03 && (eyes.y - 0.12..eyes.y + 0.06).contains(&center.y)
+        let is_eye = center.distance(left).min(center.distance(eyes)) < 0.016;
+        let is_high = (eyes.y - 0.12..eyes.y + 0.06).contains(&center.y);
+        center.z > eyes.z - 0.03 && is_high && !is_eye
     };
     let share = |mesh: &uvgraft::Mesh| -> f64 {
         let faces = (0..mesh.faces().len()).filter(|&face| is_face(mesh, face));
