@@ -51,16 +51,13 @@ impl<'a> Completion<'a> {
         let between_lips = self.between_lips(known);
         let mirror = Mirror::new(self.head);
         let rims = self.rims(&colors, known, &tones);
-        let faded = map_indices(size.texels(), |texel| {
-            let rim = rims.at(texel);
-            std::array::from_fn::<f32, 3, _>(|k| colors[texel][k] - rim[k])
+        let feathered = self.feathered(known);
+        let packed = map_indices(size.texels(), |texel| {
+            let (color, rim) = (colors[texel], rims.at(texel));
+            let [r, g, b] = std::array::from_fn(|k| color[k] - rim[k]);
+            [r, g, b, feathered[texel]]
         });
-        let packed: Vec<[f32; 4]> = faded
-            .iter()
-            .zip(self.feathered(known))
-            .map(|(&[r, g, b], known)| [r, g, b, known])
-            .collect();
-        drop(faded);
+        drop(feathered);
         drop(colors);
         let on_scalp = self.head.anatomy.area(Area::Scalp);
         let on_lips = self.head.anatomy.area(Area::Lips);

@@ -6,8 +6,8 @@
 
 #![forbid(unsafe_code)]
 
-pub mod average_pose;
-mod camera;
+mod average_pose;
+pub mod camera;
 mod color_model;
 mod completion;
 mod components;
