@@ -1,14 +1,14 @@
 //! Lids that meet and lips that close, as on the source.
 
-use glam::{DVec3, Vec3};
+use glam::Vec3;
 use uvgraft::Mesh;
 use uvgraft::deform::{DeformationTransfer, Handles, Row};
 
 use super::super::FaceError;
 use super::super::features::{Face, Opening};
 use super::super::surface::Spot;
+use super::eyelids::Eyelids;
 use super::parts::Parts;
-use crate::normals::vertex_normals;
 
 /// Lids of which less than this share of the gap is left are closed.
 const SHUT: f32 = 0.2;
@@ -16,8 +16,6 @@ const SHUT: f32 = 0.2;
 const TOUCHING: f32 = 0.008;
 /// Lips of which less than this share of the jaw's opening is left are closed.
 const SEALED: f32 = 0.15;
-/// Skin stays this far from an eyeball's centre at least, in radii, unless it is nearer at rest.
-const LID: f64 = 1.02;
 
 /// What touches in an expression.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -49,9 +47,8 @@ pub(super) struct Contacts<'a> {
     source: Option<Face>,
     target: Face,
     rest: &'a [[f32; 3]],
-    normals: Vec<Vec3>,
     deform: &'a DeformationTransfer,
-    parts: &'a Parts,
+    eyelids: Vec<Eyelids<'a>>,
     source_rest: &'a [[f32; 3]],
     /// For each eye, the heights of the upper margins of its lids, followed by those of the lower ones.
     lids: [Handles; 2],
@@ -75,7 +72,7 @@ impl<'a> Contacts<'a> {
         source: &'a Mesh,
         target: &'a Mesh,
         deform: &'a DeformationTransfer,
-        parts: &'a Parts,
+        parts: &Parts,
     ) -> Result<Self, FaceError> {
         let face = Face::find(target)?;
         let up = Self::up(&face);
@@ -94,11 +91,10 @@ impl<'a> Contacts<'a> {
             source: Face::find(source).ok(),
             lips: deform.handles(&lips),
             lids,
+            eyelids: Eyelids::find(target, &face, parts),
             target: face,
             rest: target.positions(),
-            normals: vertex_normals(target.positions(), target.faces()),
             deform,
-            parts,
             source_rest: source.positions(),
         })
     }
@@ -130,7 +126,7 @@ impl<'a> Contacts<'a> {
                     note(kind, self.shut(side, &source, &mut offsets[index]));
                 }
             }
-            self.clear_eyes(&mut offsets[index]);
+            self.eyelids.iter().for_each(|lids| lids.settle(&mut offsets[index]));
             let opened = jaw.filter(|_| names[index] == "mouthClose");
             let wide = opened.map(|jaw| (from(jaw), offsets[jaw].clone()));
             if let Some(gaps) = self.seal(&source, wide.as_ref(), &mut offsets[index]) {
@@ -181,31 +177,9 @@ impl<'a> Contacts<'a> {
             let upper = lids.iter().map(|lid| Some(-miss(lid, offsets)));
             let changes: Vec<_> = upper.chain(lids.iter().map(|_| Some(0.0))).collect();
             self.correct(&self.lids[side], &changes, offsets);
-            self.clear_eyes(offsets);
+            self.eyelids.iter().for_each(|lids| lids.clear(offsets));
         }
         [before, largest(offsets)]
-    }
-
-    /// Keeps the outside of lids out of the eyeballs, where it does not lie in them at rest. Their inside,
-    /// which continues along the eyeball, may be anywhere.
-    fn clear_eyes(&self, offsets: &mut [[f32; 3]]) {
-        for eye in &self.parts.eyes {
-            for (vertex, offset) in offsets.iter_mut().enumerate() {
-                if *offset == [0.0; 3] || eye.vertices.binary_search(&(vertex as u32)).is_ok() {
-                    continue;
-                }
-                let rest = Vec3::from(self.rest[vertex]).as_dvec3() - eye.center;
-                let least = rest.length().min(LID * eye.radius);
-                let moved = rest + Vec3::from(*offset).as_dvec3();
-                let far = moved.length();
-                let is_outside = self.normals[vertex].as_dvec3().dot(rest) > 0.0;
-                if !is_outside || rest.length() > 2.0 * eye.radius || far >= least || far <= 0.0 {
-                    continue;
-                }
-                let cleared: DVec3 = moved * (least / far);
-                *offset = (cleared - rest).as_vec3().to_array();
-            }
-        }
     }
 
     /// Closes lips where the source's stay closed; returns the largest deviation before and after, if any

@@ -2,9 +2,11 @@
 //!
 //! The skin deforms by [`DeformationTransfer`]. What is no skin moves otherwise: eyeballs turn, teeth
 //! and tongue move rigidly, lashes and hair follow the skin beside them (`parts.rs`). Afterwards lids
-//! meet and lips close where they do on the source (`contacts.rs`).
+//! meet and lips close where they do on the source (`contacts.rs`), and lids slide over the eyeballs
+//! (`eyelids.rs`).
 
 mod contacts;
+mod eyelids;
 mod heads;
 mod parts;
 

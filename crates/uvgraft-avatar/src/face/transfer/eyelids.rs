@@ -1,0 +1,219 @@
+//! Lids that slide over the eyeballs.
+//!
+//! Gradients of a deformation say nothing about how far a lid is from an eyeball of another size, and
+//! little about the narrow strips behind its margin. Both are set by the anatomy: the outside of a lid
+//! keeps its distance from the eyeball, and its inside turns about the eyeball's centre as its margin does.
+
+use glam::{DQuat, DVec3, Vec3};
+use uvgraft::Mesh;
+
+use super::super::features::Face;
+use super::super::surface::Spot;
+use super::parts::Parts;
+use crate::normals::vertex_normals;
+use crate::ray::intersect;
+
+/// Range of the distance of skin from an eyeball's centre, in radii: that of the lids' margins.
+const CLEARANCE: [f64; 2] = [1.02, 1.15];
+/// Skin that is farther away at rest is not that of a lid, in radii.
+const REACH: f64 = 2.0;
+/// How far skin on the eyeball may leave it, as a share of its distance from the centre; and how much
+/// farther what is above it, as a multiple of its share above.
+const LIFT: f64 = 0.02;
+const LOOSER: f64 = 3.0;
+/// Distance from a margin, in radii, at which the inside of a lid no longer follows it.
+const FOLLOWS: f64 = 0.7;
+/// Distance of the skin before a point of the eyeball, as a multiple of that point's distance.
+const BEFORE: f32 = 1.01;
+/// Where the skin is nearer to its margin's radius than this share, it is not behind it.
+const BEHIND: f64 = 0.97;
+/// Cosine between the normal and the direction from the eyeball, below which skin does not face outwards.
+const OUTWARDS: f64 = 0.5;
+
+/// The lids of one eye.
+pub(super) struct Eyelids<'a> {
+    rest: &'a [[f32; 3]],
+    center: DVec3,
+    /// Least distance from the centre, where skin is not nearer at rest.
+    clearance: f64,
+    /// The eyeball's vertices, with those of other shells around the same centre.
+    ball: Vec<u32>,
+    margins: Vec<Spot>,
+    /// Vertices of the outside.
+    outside: Vec<u32>,
+    /// Triangles of the outside into which the eyeball does not reach at rest.
+    triangles: Vec<[u32; 3]>,
+    /// Vertices of the inside, each with a margin and the share of its motion.
+    inside: Vec<(u32, usize, f64)>,
+}
+
+impl<'a> Eyelids<'a> {
+    /// The lids of the eyes that have an eyeball.
+    pub fn find(mesh: &'a Mesh, face: &Face, parts: &Parts) -> Vec<Self> {
+        let normals = vertex_normals(mesh.positions(), mesh.faces());
+        let eyes = face.eyes.iter().filter_map(|eye| {
+            let openings = eye.lids.iter().flat_map(|lid| [lid.upper.clone(), lid.lower.clone()]);
+            Self::of(mesh, &normals, openings.collect(), parts)
+        });
+        eyes.collect()
+    }
+
+    fn of(mesh: &'a Mesh, normals: &[Vec3], margins: Vec<Spot>, parts: &Parts) -> Option<Self> {
+        let rest = mesh.positions();
+        let places: Vec<DVec3> = margins.iter().map(|spot| spot.of(rest).as_dvec3()).collect();
+        let middle = places.iter().sum::<DVec3>() / places.len() as f64;
+        let near = |radius: f64, center: DVec3| center.distance(middle) < REACH * radius;
+        let eye = parts.eyes.iter().filter(|eye| near(eye.radius, eye.center));
+        let eye = eye.max_by(|a, b| a.radius.total_cmp(&b.radius))?;
+        let (center, radius) = (eye.center, eye.radius);
+        let shells = parts.eyes.iter().filter(|shell| shell.center == center);
+        let mut ball: Vec<u32> = shells.flat_map(|shell| shell.vertices.iter().copied()).collect();
+        ball.sort_unstable();
+        let mut distances: Vec<f64> = places.iter().map(|place| place.distance(center)).collect();
+        distances.sort_unstable_by(f64::total_cmp);
+        let [least, most] = CLEARANCE.map(|share| share * radius);
+        let clearance = distances[distances.len() / 2].clamp(least, most);
+
+        let (mut outside, mut inside) = (Vec::new(), Vec::new());
+        for (vertex, place) in (0..).zip(rest) {
+            let from = Vec3::from(*place).as_dvec3() - center;
+            if from.length() > REACH * radius || ball.binary_search(&vertex).is_ok() {
+                continue;
+            }
+            let cosine = normals[vertex as usize].as_dvec3().dot(from.normalize_or_zero());
+            let apart = |margin: usize| (places[margin] - center).distance(from);
+            let nearest =
+                (0..places.len()).min_by(|&a, &b| apart(a).total_cmp(&apart(b))).unwrap_or(0);
+            let is_behind = from.length() < BEHIND * places[nearest].distance(center);
+            if cosine > OUTWARDS || (cosine > 0.0 && !is_behind) {
+                outside.push(vertex);
+            } else if is_behind {
+                let share = (1.0 - (apart(nearest) / (FOLLOWS * radius)).powi(2)).max(0.0);
+                inside.push((vertex, nearest, share));
+            }
+        }
+        let is_outside = |vertex: &u32| outside.binary_search(vertex).is_ok();
+        let triangles = mesh.faces().iter().filter(|corners| corners.iter().all(is_outside));
+        let triangles = triangles.copied().collect();
+        let mut new =
+            Self { rest, center, clearance, ball, margins, outside, triangles, inside };
+        let reached = new.reached(&vec![[0.0; 3]; rest.len()], 0.0);
+        let mut at_rest = reached.iter().map(|push| push.is_some());
+        new.triangles.retain(|_| !at_rest.next().unwrap_or(false));
+        Some(new)
+    }
+
+    fn from_center(&self, vertex: u32, offsets: &[[f32; 3]], weight: f32) -> DVec3 {
+        let offset = Vec3::from(offsets[vertex as usize]);
+        let at = Vec3::from(self.rest[vertex as usize]) + weight * offset;
+        at.as_dvec3() - self.center
+    }
+
+    fn place(&self, vertex: u32, from_center: DVec3, offsets: &mut [[f32; 3]]) {
+        let rest = Vec3::from(self.rest[vertex as usize]).as_dvec3();
+        offsets[vertex as usize] = (from_center + self.center - rest).as_vec3().to_array();
+    }
+
+    /// Keeps the vertices of the outside out of the eyeball, where they do not lie in it at rest, and those
+    /// that lie on it from leaving it.
+    pub fn clear(&self, offsets: &mut [[f32; 3]]) {
+        for &vertex in &self.outside {
+            if offsets[vertex as usize] == [0.0; 3] {
+                continue;
+            }
+            let rest = Vec3::from(self.rest[vertex as usize]).as_dvec3() - self.center;
+            let (near, moved) = (rest.length(), self.from_center(vertex, offsets, 1.0));
+            let above = (near / self.clearance - 1.0).max(0.0);
+            let [least, most] = [near.min(self.clearance), near * (1.0 + LIFT + LOOSER * above)];
+            let far = moved.length();
+            if far > 0.0 && !(least..=most).contains(&far) {
+                self.place(vertex, moved * (far.clamp(least, most) / far), offsets);
+            }
+        }
+    }
+
+    /// Puts the outside before the eyeball, also between its vertices, where the cornea bulges and on the
+    /// straight way from rest, and lets the inside follow the margins.
+    pub fn settle(&self, offsets: &mut [[f32; 3]]) {
+        const ROUNDS: usize = 3;
+        /// Weights of the expression: a straight way is nearest to the eyeball in its middle.
+        const WAY: [f32; 4] = [0.25, 0.5, 0.75, 1.0];
+        self.clear(offsets);
+        for _ in 0..ROUNDS {
+            let mut lifts = vec![0.0_f64; self.outside.len()];
+            for weight in WAY {
+                let reached = self.reached(offsets, weight);
+                for (corners, factor) in self.triangles.iter().zip(reached) {
+                    let Some(factor) = factor else { continue };
+                    for vertex in corners {
+                        let Ok(at) = self.outside.binary_search(vertex) else { continue };
+                        let far = self.from_center(*vertex, offsets, weight).length();
+                        let lift = f64::from(factor - 1.0) * far / f64::from(weight);
+                        lifts[at] = lifts[at].max(lift);
+                    }
+                }
+            }
+            if lifts.iter().all(|&lift| lift == 0.0) {
+                break;
+            }
+            for (&vertex, lift) in self.outside.iter().zip(lifts) {
+                if lift > 0.0 {
+                    let moved = self.from_center(vertex, offsets, 1.0);
+                    self.place(vertex, moved + moved.normalize_or_zero() * lift, offsets);
+                }
+            }
+        }
+        self.follow(offsets);
+    }
+
+    /// For each triangle, the factor that puts it before the eyeball, if that reaches through it.
+    ///
+    /// - `weight`: of the offsets.
+    fn reached(&self, offsets: &[[f32; 3]], weight: f32) -> Vec<Option<f32>> {
+        /// A triangle farther behind the eyeball's surface is the far side of something.
+        const DEEPEST: f32 = 0.7;
+        let place = |vertex: u32| self.from_center(vertex, offsets, weight).as_vec3();
+        let ball: Vec<Vec3> = self.ball.iter().map(|&vertex| place(vertex)).collect();
+        let reach = |corners: &[u32; 3]| {
+            let corners = corners.map(place);
+            let middle = corners.iter().sum::<Vec3>() / 3.0;
+            let size = corners.iter().map(|at| at.distance(middle)).fold(0.0, f32::max);
+            let mut most = None;
+            for &point in &ball {
+                if point.dot(middle) <= 0.0 || point.distance_squared(middle) > 4.0 * size * size {
+                    continue;
+                }
+                let Some(hit) = intersect(Vec3::ZERO, point, &corners) else { continue };
+                if (DEEPEST..BEFORE).contains(&hit.distance) {
+                    most = Some((BEFORE / hit.distance).max(most.unwrap_or(1.0)));
+                }
+            }
+            most
+        };
+        self.triangles.iter().map(reach).collect()
+    }
+
+    /// Turns the inside about the eyeball's centre as the margins turn.
+    fn follow(&self, offsets: &mut [[f32; 3]]) {
+        let motions: Vec<(DQuat, f64)> = self
+            .margins
+            .iter()
+            .map(|margin| {
+                let before = margin.of(self.rest).as_dvec3() - self.center;
+                let after = before + margin.of(offsets).as_dvec3();
+                let turn = DQuat::from_rotation_arc(
+                    before.normalize_or(DVec3::Z),
+                    after.normalize_or(DVec3::Z),
+                );
+                (turn, after.length() / before.length())
+            })
+            .collect();
+        for &(vertex, margin, share) in &self.inside {
+            let rest = Vec3::from(self.rest[vertex as usize]).as_dvec3() - self.center;
+            let (turn, factor) = motions[margin];
+            let turn = DQuat::IDENTITY.slerp(turn, share);
+            let factor = 1.0 + share * (factor - 1.0);
+            self.place(vertex, turn * rest * factor, offsets);
+        }
+    }
+}
