@@ -1,8 +1,10 @@
 //! Lids that slide over the eyeballs.
 //!
 //! Gradients of a deformation say nothing about how far a lid is from an eyeball of another size, and
-//! little about the narrow strips behind its margin. Both are set by the anatomy: the outside of a lid
-//! keeps its distance from the eyeball, and its inside turns about the eyeball's centre as its margin does.
+//! little about the narrow strips behind its margin. The anatomy does: the outside of a lid keeps its distance
+//! from the eyeball, and its inside stays behind the margin, which turns about the eyeball's centre.
+
+use std::collections::BTreeMap;
 
 use glam::{DQuat, DVec3, Vec3};
 use uvgraft::Mesh;
@@ -17,12 +19,14 @@ use crate::ray::intersect;
 const CLEARANCE: [f64; 2] = [1.02, 1.15];
 /// Skin that is farther away at rest is not that of a lid, in radii.
 const REACH: f64 = 2.0;
-/// How far skin on the eyeball may leave it, as a share of its distance from the centre; and how much
-/// farther what is above it, as a multiple of its share above.
+/// How far margins may leave the eyeball, as a share of their distance from the centre; and how much farther
+/// the skin beside them, for the square of its distance from them in radii.
 const LIFT: f64 = 0.02;
-const LOOSER: f64 = 3.0;
-/// Distance from a margin, in radii, at which the inside of a lid no longer follows it.
-const FOLLOWS: f64 = 0.7;
+const LOOSER: f64 = 2.0;
+/// How far the inside of a lid may come forward of its place behind the outside, and towards the opening,
+/// in radii.
+const FORWARD: f64 = 0.01;
+const INTO_OPENING: f64 = 0.005;
 /// Distance of the skin before a point of the eyeball, as a multiple of that point's distance.
 const BEFORE: f32 = 1.01;
 /// Where the skin is nearer to its margin's radius than this share, it is not behind it.
@@ -38,13 +42,16 @@ pub(super) struct Eyelids<'a> {
     clearance: f64,
     /// The eyeball's vertices, with those of other shells around the same centre.
     ball: Vec<u32>,
-    margins: Vec<Spot>,
+    /// The middle of the opening, from the centre.
+    opening: DVec3,
     /// Vertices of the outside.
     outside: Vec<u32>,
+    /// How far each may leave the eyeball, as a share of its distance from the centre.
+    lifts: Vec<f64>,
     /// Triangles of the outside into which the eyeball does not reach at rest.
     triangles: Vec<[u32; 3]>,
-    /// Vertices of the inside, each with a margin and the share of its motion.
-    inside: Vec<(u32, usize, f64)>,
+    /// Vertices of the inside, each with one of the outside that it lies behind.
+    inside: Vec<(u32, u32)>,
 }
 
 impl<'a> Eyelids<'a> {
@@ -53,12 +60,12 @@ impl<'a> Eyelids<'a> {
         let normals = vertex_normals(mesh.positions(), mesh.faces());
         let eyes = face.eyes.iter().filter_map(|eye| {
             let openings = eye.lids.iter().flat_map(|lid| [lid.upper.clone(), lid.lower.clone()]);
-            Self::of(mesh, &normals, openings.collect(), parts)
+            Self::of(mesh, &normals, &openings.collect::<Vec<Spot>>(), parts)
         });
         eyes.collect()
     }
 
-    fn of(mesh: &'a Mesh, normals: &[Vec3], margins: Vec<Spot>, parts: &Parts) -> Option<Self> {
+    fn of(mesh: &'a Mesh, normals: &[Vec3], margins: &[Spot], parts: &Parts) -> Option<Self> {
         let rest = mesh.positions();
         let places: Vec<DVec3> = margins.iter().map(|spot| spot.of(rest).as_dvec3()).collect();
         let middle = places.iter().sum::<DVec3>() / places.len() as f64;
@@ -69,34 +76,46 @@ impl<'a> Eyelids<'a> {
         let shells = parts.eyes.iter().filter(|shell| shell.center == center);
         let mut ball: Vec<u32> = shells.flat_map(|shell| shell.vertices.iter().copied()).collect();
         ball.sort_unstable();
+        let opening = middle - center;
         let mut distances: Vec<f64> = places.iter().map(|place| place.distance(center)).collect();
         distances.sort_unstable_by(f64::total_cmp);
         let [least, most] = CLEARANCE.map(|share| share * radius);
         let clearance = distances[distances.len() / 2].clamp(least, most);
 
-        let (mut outside, mut inside) = (Vec::new(), Vec::new());
+        let (mut outside, mut lifts, mut inside) = (Vec::new(), Vec::new(), Vec::new());
         for (vertex, place) in (0..).zip(rest) {
             let from = Vec3::from(*place).as_dvec3() - center;
             if from.length() > REACH * radius || ball.binary_search(&vertex).is_ok() {
                 continue;
             }
-            let cosine = normals[vertex as usize].as_dvec3().dot(from.normalize_or_zero());
-            let apart = |margin: usize| (places[margin] - center).distance(from);
-            let nearest =
-                (0..places.len()).min_by(|&a, &b| apart(a).total_cmp(&apart(b))).unwrap_or(0);
-            let is_behind = from.length() < BEHIND * places[nearest].distance(center);
+            let cosine = |direction: DVec3| {
+                normals[vertex as usize].as_dvec3().dot(direction.normalize_or_zero())
+            };
+            // Skin in a corner of the eye may face sideways, but it also faces forward.
+            let cosine = cosine(from).max(cosine(opening));
+            let nearest = places.iter().copied().min_by(|a, b| {
+                let apart = |margin: &DVec3| (*margin - center).distance(from);
+                apart(a).total_cmp(&apart(b))
+            })?;
+            let is_behind = from.length() < BEHIND * nearest.distance(center);
             if cosine > OUTWARDS || (cosine > 0.0 && !is_behind) {
+                let apart = (nearest - center).distance(from) / radius;
+                lifts.push(LIFT + LOOSER * apart * apart);
                 outside.push(vertex);
             } else if is_behind {
-                let share = (1.0 - (apart(nearest) / (FOLLOWS * radius)).powi(2)).max(0.0);
-                inside.push((vertex, nearest, share));
+                inside.push(vertex);
             }
         }
+        let inside = behind(mesh, &inside, &outside);
         let is_outside = |vertex: &u32| outside.binary_search(vertex).is_ok();
-        let triangles = mesh.faces().iter().filter(|corners| corners.iter().all(is_outside));
+        let is_clear = |vertex: &u32| {
+            let place = Vec3::from(rest[*vertex as usize]).as_dvec3();
+            is_outside(vertex) && place.distance(center) > radius
+        };
+        let triangles = mesh.faces().iter().filter(|corners| corners.iter().all(is_clear));
         let triangles = triangles.copied().collect();
         let mut new =
-            Self { rest, center, clearance, ball, margins, outside, triangles, inside };
+            Self { rest, center, clearance, ball, opening, outside, lifts, triangles, inside };
         let reached = new.reached(&vec![[0.0; 3]; rest.len()], 0.0);
         let mut at_rest = reached.iter().map(|push| push.is_some());
         new.triangles.retain(|_| !at_rest.next().unwrap_or(false));
@@ -114,17 +133,17 @@ impl<'a> Eyelids<'a> {
         offsets[vertex as usize] = (from_center + self.center - rest).as_vec3().to_array();
     }
 
-    /// Keeps the vertices of the outside out of the eyeball, where they do not lie in it at rest, and those
-    /// that lie on it from leaving it.
+    /// Keeps the vertices of the outside out of the eyeball, where they do not lie in it at rest, and margins
+    /// on it.
     pub fn clear(&self, offsets: &mut [[f32; 3]]) {
-        for &vertex in &self.outside {
+        for (&vertex, lift) in self.outside.iter().zip(&self.lifts) {
             if offsets[vertex as usize] == [0.0; 3] {
                 continue;
             }
             let rest = Vec3::from(self.rest[vertex as usize]).as_dvec3() - self.center;
             let (near, moved) = (rest.length(), self.from_center(vertex, offsets, 1.0));
-            let above = (near / self.clearance - 1.0).max(0.0);
-            let [least, most] = [near.min(self.clearance), near * (1.0 + LIFT + LOOSER * above)];
+            let least = near.min(self.clearance);
+            let most = near.max(self.clearance) * (1.0 + lift);
             let far = moved.length();
             if far > 0.0 && !(least..=most).contains(&far) {
                 self.place(vertex, moved * (far.clamp(least, most) / far), offsets);
@@ -137,7 +156,7 @@ impl<'a> Eyelids<'a> {
     pub fn settle(&self, offsets: &mut [[f32; 3]]) {
         const ROUNDS: usize = 3;
         /// Weights of the expression: a straight way is nearest to the eyeball in its middle.
-        const WAY: [f32; 4] = [0.25, 0.5, 0.75, 1.0];
+        const WAY: [f32; 3] = [0.5, 0.75, 1.0];
         self.clear(offsets);
         for _ in 0..ROUNDS {
             let mut lifts = vec![0.0_f64; self.outside.len()];
@@ -193,27 +212,59 @@ impl<'a> Eyelids<'a> {
         self.triangles.iter().map(reach).collect()
     }
 
-    /// Turns the inside about the eyeball's centre as the margins turn.
+    /// Keeps the inside behind the outside, which turns about the eyeball's centre.
     fn follow(&self, offsets: &mut [[f32; 3]]) {
-        let motions: Vec<(DQuat, f64)> = self
-            .margins
-            .iter()
-            .map(|margin| {
-                let before = margin.of(self.rest).as_dvec3() - self.center;
-                let after = before + margin.of(offsets).as_dvec3();
-                let turn = DQuat::from_rotation_arc(
-                    before.normalize_or(DVec3::Z),
-                    after.normalize_or(DVec3::Z),
-                );
-                (turn, after.length() / before.length())
-            })
-            .collect();
-        for &(vertex, margin, share) in &self.inside {
-            let rest = Vec3::from(self.rest[vertex as usize]).as_dvec3() - self.center;
-            let (turn, factor) = motions[margin];
-            let turn = DQuat::IDENTITY.slerp(turn, share);
-            let factor = 1.0 + share * (factor - 1.0);
-            self.place(vertex, turn * rest * factor, offsets);
+        let radius = self.clearance;
+        for &(vertex, margin) in &self.inside {
+            let rest =
+                |vertex: u32| Vec3::from(self.rest[vertex as usize]).as_dvec3() - self.center;
+            let (before, after) = (rest(margin), self.from_center(margin, offsets, 1.0));
+            let turn = DQuat::from_rotation_arc(
+                before.normalize_or(DVec3::Z),
+                after.normalize_or(DVec3::Z),
+            );
+            let place = turn * rest(vertex) * (after.length() / before.length());
+            let tangent = turn * (self.opening - before).reject_from(before);
+            let mut moved = self.from_center(vertex, offsets, 1.0);
+            for (direction, most) in [(tangent, INTO_OPENING), (place, FORWARD)] {
+                let direction = direction.normalize_or_zero();
+                moved -= direction * ((moved - place).dot(direction) - most * radius).max(0.0);
+            }
+            self.place(vertex, moved, offsets);
         }
     }
+}
+
+/// For vertices of the inside that edges connect to the outside, a vertex of the outside: that of a neighbour,
+/// the nearest of several.
+fn behind(mesh: &Mesh, inside: &[u32], outside: &[u32]) -> Vec<(u32, u32)> {
+    let place = |vertex: u32| Vec3::from(mesh.positions()[vertex as usize]);
+    let mut margins: Vec<Option<u32>> = vec![None; mesh.positions().len()];
+    outside.iter().for_each(|&vertex| margins[vertex as usize] = Some(vertex));
+    let is_inside = |vertex: &u32| inside.binary_search(vertex).is_ok();
+    let faces: Vec<&[u32; 3]> =
+        mesh.faces().iter().filter(|corners| corners.iter().any(is_inside)).collect();
+    loop {
+        let mut found: BTreeMap<u32, u32> = BTreeMap::new();
+        for corners in &faces {
+            for &vertex in corners.iter().filter(|&vertex| is_inside(vertex)) {
+                if margins[vertex as usize].is_some() {
+                    continue;
+                }
+                let near = corners.iter().filter_map(|&other| margins[other as usize]);
+                for margin in near {
+                    let best = found.entry(vertex).or_insert(margin);
+                    let apart = |margin: u32| place(margin).distance_squared(place(vertex));
+                    if apart(margin) < apart(*best) {
+                        *best = margin;
+                    }
+                }
+            }
+        }
+        if found.is_empty() {
+            break;
+        }
+        found.into_iter().for_each(|(vertex, margin)| margins[vertex as usize] = Some(margin));
+    }
+    inside.iter().filter_map(|&vertex| Some((vertex, margins[vertex as usize]?))).collect()
 }
