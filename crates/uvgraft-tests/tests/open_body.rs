@@ -2,7 +2,7 @@
 
 #![allow(clippy::unwrap_used, reason = "a failed unwrap is a failed test")]
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use std::fs;
 use std::io::{Cursor, Read};
 use std::sync::OnceLock;
@@ -10,9 +10,12 @@ use std::sync::OnceLock;
 use flate2::read::GzDecoder;
 use glam::{DVec3, Vec3};
 use uvgraft_avatar::body::{BodyModel, Shape};
+use uvgraft_avatar::face::transfer::transfer_between;
+use uvgraft_figure::Figure;
 use uvgraft_io::arrays::{NamedArrays, write_npz_compressed};
-use uvgraft_io::model_mesh;
+use uvgraft_io::{model_mesh, obj};
 use uvgraft_tests::downloads::open_body_wheel;
+use uvgraft_tests::real;
 use zip::ZipArchive;
 
 /// The wheel and what is imported from it, once for all tests.
@@ -295,4 +298,63 @@ fn the_head_has_a_layout_without_flips_or_overlaps_that_gives_the_face_room() {
     };
     let shares = [share(&body), share(&head)];
     assert!(shares[1] > 0.15 && shares[1] > 5.0 * shares[0], "{shares:?}");
+}
+
+#[test]
+fn eyes_stay_behind_the_lids_that_its_expressions_close() {
+    let Some((_, arrays)) = imported() else { return };
+    let model = BodyModel::from_arrays(arrays).unwrap();
+    let body = model.shaped(&Shape::default()).unwrap();
+    let source = model_mesh::from_arrays(arrays).unwrap();
+    let source = source.with_positions(body.positions().to_vec()).unwrap();
+    let mut heads = vec![Figure::new().head];
+    for file in ["flame_head_template.obj", "smplx_addon.obj"] {
+        heads.extend(real::folder().map(|folder| obj::read(&folder.join(file)).unwrap()));
+    }
+    for head in heads {
+        let found = transfer_between(&source, &body.named_expressions(), &head).unwrap();
+        assert_eq!(found.unmeasured, None);
+        let morph = |name: &str| found.morphs.iter().find(|morph| morph.name == name).unwrap();
+        let moved = |name: &str| -> BTreeSet<u32> {
+            morph(name).offsets.iter().map(|&(vertex, _)| vertex).collect()
+        };
+        let (blink, look) = (moved("eyeBlinkLeft"), moved("eyeLookInLeft"));
+        // What turns with the eye but is not moved by a blink, in front: the eyeball.
+        let eye: Vec<u32> = look.difference(&blink).copied().collect();
+        assert!(eye.len() > 50, "{}", eye.len());
+        let lids: Vec<[u32; 3]> = head
+            .faces()
+            .iter()
+            .filter(|face| face.iter().any(|v| blink.contains(v)))
+            .copied()
+            .collect();
+        let seen_at = |weight: f32| -> BTreeSet<u32> {
+            let mut positions = head.positions().to_vec();
+            morph("eyeBlinkLeft").add(weight, &mut positions);
+            let is_seen = |&vertex: &u32| !lids.iter().any(|&lid| covers(&positions, lid, vertex));
+            eye.iter().copied().filter(is_seen).collect()
+        };
+        let open = seen_at(0.0);
+        assert!(open.len() > 10, "{}", open.len());
+        let height = |&vertex: &u32| head.positions()[vertex as usize][1];
+        let middle = open.iter().map(height).sum::<f32>() / open.len() as f32;
+        for weight in [0.25, 0.5, 0.75, 0.9] {
+            let shown = seen_at(weight);
+            // The lower lid may uncover a little below.
+            let through = shown.difference(&open).filter(|vertex| height(vertex) > middle);
+            assert_eq!(through.count(), 0, "{weight}");
+        }
+        let shut = seen_at(1.0);
+        assert!(shut.len() * 50 <= open.len(), "{} of {}", shut.len(), open.len());
+    }
+}
+
+/// Whether a triangle covers a vertex as seen from the front, along -Z.
+fn covers(positions: &[[f32; 3]], triangle: [u32; 3], vertex: u32) -> bool {
+    let at = Vec3::from(positions[vertex as usize]);
+    let [a, b, c] = triangle.map(|corner| Vec3::from(positions[corner as usize]) - at);
+    let [p, q, r] = [(b, c), (c, a), (a, b)].map(|(m, n)| m.x * n.y - m.y * n.x);
+    let area = p + q + r;
+    let inside = [p, q, r].iter().all(|part| part / area >= 0.0);
+    inside && (p * a.z + q * b.z + r * c.z) / area > 0.0
 }
