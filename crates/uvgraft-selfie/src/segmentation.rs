@@ -6,11 +6,12 @@
 //! that is seen on the scalp. The parts that landmarks outline (brows, eyes, lips) are what they
 //! are, whatever their colour.
 
+use uvgraft::color::lab;
 use uvgraft::easing::smoothstep;
 use uvgraft::threads::map_indices;
 use uvgraft::{Area, Label, Labels};
 
-use crate::color_model::ColorModel;
+use crate::color_model::{ColorModel, median_color};
 use crate::head::Head;
 use crate::layout_texels::LayoutTexels;
 use crate::outline::FaceOutlines;
@@ -61,7 +62,7 @@ impl Evidence<'_> {
         };
         // A bald head's scalp is no hair.
         let hair = on_scalp.filter(|hair| skin.distance(hair.color) > 2.5);
-        let bare = self.bare_brows(&skin);
+        let bare = self.bare_brows(&skin, hair.as_ref());
         let raw = map_indices(size.texels(), |texel| {
             // Where nothing is seen there is nothing to keep away from.
             if self.seen[texel] > 0.0 {
@@ -80,29 +81,40 @@ impl Evidence<'_> {
 
     /// For each brow whether it is bare, 0 to 1: there is skin between it and the hair. A fringe that
     /// covers it looks like it.
-    fn bare_brows(&self, skin: &ColorModel) -> [f32; 2] {
+    fn bare_brows(&self, skin: &ColorModel, hair: Option<&ColorModel>) -> [f32; 2] {
         /// How far above the brow one looks, in distances between the eyes.
         const ABOVE: f64 = 0.22;
         const STEP: usize = 5;
+        /// Skin that is lighter than the brow by less tells nothing, in L* of CIELAB.
+        const CONTRAST: f32 = 10.0;
         let [up_x, up_y] = self.outlines.up;
         let shift = ABOVE * self.unit_px;
         let seen = || (0..self.seen.len()).step_by(STEP).filter(|&texel| self.seen[texel] > 0.3);
         [0, 1].map(|side| {
-            let (mut near, mut count) = (0.0, 0.0);
+            let is_in = |[x, y]: [f64; 2]| self.outlines.brows[side].depth([x, y], 1.0) > 0.0;
+            let (mut brow, mut above) = (Vec::new(), Vec::new());
             for texel in seen() {
                 let [x, y] = self.px[texel].map(f64::from);
-                let below = [x - shift * up_x, y - shift * up_y];
-                if self.outlines.brows[side].depth(below, 1.0) > 0.0 {
-                    near += 1.0
-                        - smoothstep(
-                            DOUBTFUL[0],
-                            DOUBTFUL[1],
-                            skin.distance(self.colors[texel]) as f32,
-                        );
-                    count += 1.0;
+                if is_in([x, y]) {
+                    brow.push(self.colors[texel]);
+                }
+                if is_in([x - shift * up_x, y - shift * up_y]) {
+                    above.push(self.colors[texel]);
                 }
             }
-            if count > 0.0 { smoothstep(0.4, 0.7, near / count) } else { 1.0 }
+            let dark = median_color(brow).map_or(100.0, lightness);
+            let contrast = lightness(skin.color) - dark;
+            // Skin of any colour, by the light on it, is lighter than brows and unlike hair.
+            let is_bare = |color: &[f32; 3]| {
+                let distance = skin.distance(*color) as f32;
+                let near = 1.0 - smoothstep(DOUBTFUL[0], DOUBTFUL[1], distance);
+                let is_light = contrast > CONTRAST;
+                let light = if is_light { (lightness(*color) - dark) / contrast } else { 0.0 };
+                near.max(smoothstep(0.4, 0.7, light) * unlike(hair, *color, distance))
+            };
+            let count = above.len().max(1) as f32;
+            let share = above.iter().map(is_bare).sum::<f32>() / count;
+            if above.is_empty() { 1.0 } else { smoothstep(0.4, 0.7, share) }
         })
     }
 
@@ -127,10 +139,19 @@ impl Evidence<'_> {
             return [0.0, 1.0];
         }
         let inside = self.at(Area::MouthInterior, texel);
+        let color = self.colors[texel];
+        let distance = skin.distance(color) as f32;
+        // Brows are often broader than their landmarks, and what lies beyond the face's edge is not they.
+        let darker = 1.0 - smoothstep(0.8, 1.0, lightness(color) / lightness(skin.color).max(1.0));
+        let spread = darker * smoothstep(0.3, 0.5, self.facing[texel]);
+        let brow = |side: usize| {
+            let depth = depth(&self.outlines.brows[side], 0.2);
+            bare[side] * smoothstep(-0.06, 0.0, depth).max(spread * smoothstep(-0.19, -0.12, depth))
+        };
         let outlined = [
             smoothstep(-0.06, 0.0, depth(&self.outlines.lips, 0.1)),
-            bare[0] * smoothstep(-0.06, 0.0, depth(&self.outlines.brows[0], 0.1)),
-            bare[1] * smoothstep(-0.06, 0.0, depth(&self.outlines.brows[1], 0.1)),
+            brow(0),
+            brow(1),
             smoothstep(-0.05, 0.0, depth(&self.outlines.eyes[0], 0.1)),
             smoothstep(-0.05, 0.0, depth(&self.outlines.eyes[1], 0.1)),
         ];
@@ -144,13 +165,10 @@ impl Evidence<'_> {
         let below_brows = 1.0 - smoothstep(0.1, 0.3, self.height(texel));
         let certain = certain.max(within * below_brows);
         let scalp = self.at(Area::Scalp, texel);
-        let color = self.colors[texel];
-        let distance = skin.distance(color) as f32;
         let is_near = |[near, far]: [f32; 2]| 1.0 - smoothstep(near, far, distance);
         // Beards and shadows are the face.
         let by_place = is_near(CERTAIN).max(smoothstep(0.5, 0.9, self.at(Area::Jaw, texel)));
-        let like_skin =
-            hair.map_or(1.0, |hair| smoothstep(0.3, 1.8, hair.distance(color) as f32 - distance));
+        let like_skin = unlike(hair, color, distance);
         // Behind ears is hair, and on them its shadow.
         let ears = self.at(Area::Ears, texel);
         let by_color = is_near(DOUBTFUL.map(|limit| limit * (1.0 - 0.25 * ears)));
@@ -217,4 +235,16 @@ impl Evidence<'_> {
         let step = found.len().div_ceil(MOST).max(1);
         found.into_iter().step_by(step).map(|texel| self.colors[texel]).collect()
     }
+}
+
+/// How much nearer a colour is to skin than to hair, 0 to 1.
+///
+/// - `distance`: from skin.
+fn unlike(hair: Option<&ColorModel>, color: [f32; 3], distance: f32) -> f32 {
+    hair.map_or(1.0, |hair| smoothstep(0.3, 1.8, hair.distance(color) as f32 - distance))
+}
+
+/// L* of CIELAB.
+fn lightness(color: [f32; 3]) -> f32 {
+    lab(color)[0]
 }
