@@ -6,6 +6,7 @@
 //! that is seen on the scalp. The parts that landmarks outline (brows, eyes, lips) are what they
 //! are, whatever their colour.
 
+use glam::Vec3;
 use uvgraft::color::lab;
 use uvgraft::easing::smoothstep;
 use uvgraft::threads::map_indices;
@@ -45,6 +46,29 @@ pub(crate) struct Segmentation {
     pub scalp: Option<[f32; 3]>,
 }
 
+/// A brow in a photograph.
+struct Brow {
+    /// Whether there is skin between it and the hair, 0 to 1. A fringe that covers it looks like it.
+    bare: f32,
+    /// CIELAB.
+    color: [f32; 3],
+    /// How much darker it may be elsewhere, as a share of its contrast with skin.
+    darker: f32,
+}
+
+impl Brow {
+    /// How far a colour may be the brow's with skin between its hairs, 0 to 1. Rims of glasses, which can
+    /// be as dark, mostly have another.
+    fn has(&self, color: [f32; 3], skin: &ColorModel) -> f32 {
+        /// Distances in CIELAB.
+        const NEAR: [f32; 2] = [7.0, 12.0];
+        let [color, from, to] = [lab(color), self.color, lab(skin.color)].map(Vec3::from);
+        let along = (color - from).dot(to - from) / (to - from).length_squared().max(1.0);
+        let nearest = from + (to - from) * along.clamp(-self.darker, 1.0);
+        1.0 - smoothstep(NEAR[0], NEAR[1], color.distance(nearest))
+    }
+}
+
 /// Distances from skin, in standard deviations, up to which texels are skin: where skin is certain
 /// by place, and elsewhere; and those at which they are not.
 const CERTAIN: [f32; 2] = [4.5, 7.0];
@@ -62,11 +86,11 @@ impl Evidence<'_> {
         };
         // A bald head's scalp is no hair.
         let hair = on_scalp.filter(|hair| skin.distance(hair.color) > 2.5);
-        let bare = self.bare_brows(&skin, hair.as_ref());
+        let brows = self.brows(&skin, hair.as_ref());
         let raw = map_indices(size.texels(), |texel| {
             // Where nothing is seen there is nothing to keep away from.
             if self.seen[texel] > 0.0 {
-                self.share(texel, &skin, hair.as_ref(), bare)
+                self.share(texel, &skin, hair.as_ref(), &brows)
             } else {
                 [1.0; 2]
             }
@@ -79,17 +103,19 @@ impl Evidence<'_> {
         Segmentation { face, scalp }
     }
 
-    /// For each brow whether it is bare, 0 to 1: there is skin between it and the hair. A fringe that
-    /// covers it looks like it.
-    fn bare_brows(&self, skin: &ColorModel, hair: Option<&ColorModel>) -> [f32; 2] {
+    /// How the brows look.
+    fn brows(&self, skin: &ColorModel, hair: Option<&ColorModel>) -> [Brow; 2] {
         /// How far above the brow one looks, in distances between the eyes.
         const ABOVE: f64 = 0.22;
         const STEP: usize = 5;
         /// Skin that is lighter than the brow by less tells nothing, in L* of CIELAB.
         const CONTRAST: f32 = 10.0;
+        /// Where hairs are dense they are darker than within the landmarks, by this share of the contrast.
+        const DARKER: f32 = 0.7;
         let [up_x, up_y] = self.outlines.up;
         let shift = ABOVE * self.unit_px;
         let seen = || (0..self.seen.len()).step_by(STEP).filter(|&texel| self.seen[texel] > 0.3);
+        let darker = DARKER * (1.0 - self.glasses(skin));
         [0, 1].map(|side| {
             let is_in = |[x, y]: [f64; 2]| self.outlines.brows[side].depth([x, y], 1.0) > 0.0;
             let (mut brow, mut above) = (Vec::new(), Vec::new());
@@ -102,7 +128,11 @@ impl Evidence<'_> {
                     above.push(self.colors[texel]);
                 }
             }
-            let dark = median_color(brow).map_or(100.0, lightness);
+            // Between the hairs is skin, and landmarks are not exact: the dark half is the brow.
+            brow.sort_by(|a, b| lightness(*a).total_cmp(&lightness(*b)));
+            brow.truncate(brow.len().div_ceil(2));
+            let color = median_color(brow).unwrap_or(skin.color);
+            let dark = lightness(color);
             let contrast = lightness(skin.color) - dark;
             // Skin of any colour, by the light on it, is lighter than brows and unlike hair.
             let is_bare = |color: &[f32; 3]| {
@@ -114,19 +144,53 @@ impl Evidence<'_> {
             };
             let count = above.len().max(1) as f32;
             let share = above.iter().map(is_bare).sum::<f32>() / count;
-            if above.is_empty() { 1.0 } else { smoothstep(0.4, 0.7, share) }
+            let bare = if above.is_empty() { 1.0 } else { smoothstep(0.4, 0.7, share) };
+            Brow { bare, color: lab(color), darker }
         })
+    }
+
+    /// Whether there are glasses, 0 to 1, whose rims are as dark as brows: they are seen below the eyes, too.
+    fn glasses(&self, skin: &ColorModel) -> f32 {
+        /// The height at which one looks, in distances between the eyes.
+        const BELOW: [f32; 2] = [-0.5, -0.12];
+        /// Shares of it that are dark, without glasses and with them.
+        const DARK: [f32; 2] = [0.03, 0.09];
+        const STEP: usize = 7;
+        let is_below = |&texel: &usize| {
+            self.seen[texel] > 0.3
+                && self.facing[texel] > 0.4
+                && (BELOW[0]..BELOW[1]).contains(&self.height(texel))
+                && self.at(Area::Ears, texel) < 0.1
+                && self.outlined_eye(texel) <= 0.0
+        };
+        let (mut dark, mut count) = (0.0_f32, 0.0_f32);
+        for texel in (0..self.seen.len()).step_by(STEP).filter(is_below) {
+            let color = self.colors[texel];
+            let is_dark = lightness(color) < lightness(skin.color);
+            count += 1.0;
+            if is_dark && skin.distance(color) > f64::from(CERTAIN[1]) {
+                dark += 1.0;
+            }
+        }
+        smoothstep(DARK[0], DARK[1], dark / count.max(1.0))
+    }
+
+    /// How far a texel is in or near an eye, 0 to 1.
+    fn outlined_eye(&self, texel: usize) -> f32 {
+        let px = self.px[texel].map(f64::from);
+        let depth = |side: usize| self.outlines.eyes[side].depth(px, 0.1 * self.unit_px);
+        smoothstep(-0.05, 0.0, (depth(0).max(depth(1)) / self.unit_px) as f32)
     }
 
     /// How far a texel is the face; and the same if what is between the lips were.
     ///
-    /// - `bare`: of [`Evidence::bare_brows`].
+    /// - `brows`: of [`Evidence::brows`].
     fn share(
         &self,
         texel: usize,
         skin: &ColorModel,
         hair: Option<&ColorModel>,
-        bare: [f32; 2],
+        brows: &[Brow; 2],
     ) -> [f32; 2] {
         let px = self.px[texel].map(f64::from);
         let unit = self.unit_px;
@@ -142,18 +206,17 @@ impl Evidence<'_> {
         let color = self.colors[texel];
         let distance = skin.distance(color) as f32;
         // Brows are often broader than their landmarks, and what lies beyond the face's edge is not they.
-        let darker = 1.0 - smoothstep(0.8, 1.0, lightness(color) / lightness(skin.color).max(1.0));
-        let spread = darker * smoothstep(0.3, 0.5, self.facing[texel]);
+        let ahead = smoothstep(0.3, 0.5, self.facing[texel]);
         let brow = |side: usize| {
             let depth = depth(&self.outlines.brows[side], 0.2);
-            bare[side] * smoothstep(-0.06, 0.0, depth).max(spread * smoothstep(-0.19, -0.12, depth))
+            let spread = brows[side].has(color, skin) * ahead * smoothstep(-0.19, -0.12, depth);
+            brows[side].bare * smoothstep(-0.06, 0.0, depth).max(spread)
         };
         let outlined = [
             smoothstep(-0.06, 0.0, depth(&self.outlines.lips, 0.1)),
             brow(0),
             brow(1),
-            smoothstep(-0.05, 0.0, depth(&self.outlines.eyes[0], 0.1)),
-            smoothstep(-0.05, 0.0, depth(&self.outlines.eyes[1], 0.1)),
+            self.outlined_eye(texel),
         ];
         let outlined = outlined.into_iter().fold(0.0, f32::max);
         let certain = [Area::Cheeks, Area::Nose, Area::EyeSockets, Area::Jaw, Area::Lips]
