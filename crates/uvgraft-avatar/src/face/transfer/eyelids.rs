@@ -117,12 +117,12 @@ impl<'a> Eyelids<'a> {
         let mut new =
             Self { rest, center, clearance, ball, opening, outside, lifts, triangles, inside };
         let reached = new.reached(&vec![[0.0; 3]; rest.len()], 0.0);
-        let mut at_rest = reached.iter().map(|push| push.is_some());
+        let mut at_rest = reached.iter().map(Option::is_some);
         new.triangles.retain(|_| !at_rest.next().unwrap_or(false));
         Some(new)
     }
 
-    fn from_center(&self, vertex: u32, offsets: &[[f32; 3]], weight: f32) -> DVec3 {
+    fn beyond_center(&self, vertex: u32, offsets: &[[f32; 3]], weight: f32) -> DVec3 {
         let offset = Vec3::from(offsets[vertex as usize]);
         let at = Vec3::from(self.rest[vertex as usize]) + weight * offset;
         at.as_dvec3() - self.center
@@ -141,7 +141,7 @@ impl<'a> Eyelids<'a> {
                 continue;
             }
             let rest = Vec3::from(self.rest[vertex as usize]).as_dvec3() - self.center;
-            let (near, moved) = (rest.length(), self.from_center(vertex, offsets, 1.0));
+            let (near, moved) = (rest.length(), self.beyond_center(vertex, offsets, 1.0));
             let least = near.min(self.clearance);
             let most = near.max(self.clearance) * (1.0 + lift);
             let far = moved.length();
@@ -166,7 +166,7 @@ impl<'a> Eyelids<'a> {
                     let Some(factor) = factor else { continue };
                     for vertex in corners {
                         let Ok(at) = self.outside.binary_search(vertex) else { continue };
-                        let far = self.from_center(*vertex, offsets, weight).length();
+                        let far = self.beyond_center(*vertex, offsets, weight).length();
                         let lift = f64::from(factor - 1.0) * far / f64::from(weight);
                         lifts[at] = lifts[at].max(lift);
                     }
@@ -177,7 +177,7 @@ impl<'a> Eyelids<'a> {
             }
             for (&vertex, lift) in self.outside.iter().zip(lifts) {
                 if lift > 0.0 {
-                    let moved = self.from_center(vertex, offsets, 1.0);
+                    let moved = self.beyond_center(vertex, offsets, 1.0);
                     self.place(vertex, moved + moved.normalize_or_zero() * lift, offsets);
                 }
             }
@@ -191,7 +191,7 @@ impl<'a> Eyelids<'a> {
     fn reached(&self, offsets: &[[f32; 3]], weight: f32) -> Vec<Option<f32>> {
         /// A triangle farther behind the eyeball's surface is the far side of something.
         const DEEPEST: f32 = 0.7;
-        let place = |vertex: u32| self.from_center(vertex, offsets, weight).as_vec3();
+        let place = |vertex: u32| self.beyond_center(vertex, offsets, weight).as_vec3();
         let ball: Vec<Vec3> = self.ball.iter().map(|&vertex| place(vertex)).collect();
         let reach = |corners: &[u32; 3]| {
             let corners = corners.map(place);
@@ -218,14 +218,14 @@ impl<'a> Eyelids<'a> {
         for &(vertex, margin) in &self.inside {
             let rest =
                 |vertex: u32| Vec3::from(self.rest[vertex as usize]).as_dvec3() - self.center;
-            let (before, after) = (rest(margin), self.from_center(margin, offsets, 1.0));
+            let (before, after) = (rest(margin), self.beyond_center(margin, offsets, 1.0));
             let turn = DQuat::from_rotation_arc(
                 before.normalize_or(DVec3::Z),
                 after.normalize_or(DVec3::Z),
             );
             let place = turn * rest(vertex) * (after.length() / before.length());
             let tangent = turn * (self.opening - before).reject_from(before);
-            let mut moved = self.from_center(vertex, offsets, 1.0);
+            let mut moved = self.beyond_center(vertex, offsets, 1.0);
             for (direction, most) in [(tangent, INTO_OPENING), (place, FORWARD)] {
                 let direction = direction.normalize_or_zero();
                 moved -= direction * ((moved - place).dot(direction) - most * radius).max(0.0);
