@@ -152,6 +152,24 @@ fn finds_the_astronaut_and_nobody_else() {
 }
 
 #[test]
+fn upside_down_a_face_has_the_same_landmarks() {
+    let Some(networks) = &*NETWORKS else { return };
+    let Some(astronaut) = downloads::photograph("astronaut") else { return };
+    let Texels::U8(values) = astronaut.texels() else { panic!("8-bit pictures only") };
+    let turned = values.as_chunks::<3>().0.iter().rev().flatten().copied().collect();
+    let size = astronaut.size();
+    let turned = Texture::new(size, Channels::Rgb, Encoding::Srgb, Texels::U8(turned)).unwrap();
+    let [upright, turned] = [&astronaut, &turned]
+        .map(|picture| networks.find(picture, FaceChoice::Only).unwrap().points);
+    let far = upright.iter().zip(&turned).map(|(a, b)| {
+        let [x, y] = [f64::from(size.width) - b[0], f64::from(size.height) - b[1]];
+        (a[0] - x).hypot(a[1] - y)
+    });
+    let far = far.fold(0.0, f64::max);
+    assert!(far < 2.0, "{far} pixels");
+}
+
+#[test]
 fn threads_do_not_show() {
     let Some(networks) = &*NETWORKS else { return };
     let Some(astronaut) = downloads::photograph("astronaut") else { return };
