@@ -5,8 +5,6 @@
 
 mod bench;
 
-use std::path::PathBuf;
-
 use uvgraft::{Channels, Mesh, Texels, Texture};
 use uvgraft_avatar::body::{BodyKind, BodyModel, Shape};
 use uvgraft_figure::Figure;
@@ -16,7 +14,6 @@ use uvgraft_gltf::scene::{PoseRequest, Scene};
 use uvgraft_io::arrays::{self, NamedArrays, NumericArray};
 use uvgraft_io::torch;
 use uvgraft_tests::bodies;
-use uvgraft_tests::browser::Browser;
 
 use bench::{Bench, texel_u8};
 
@@ -86,18 +83,6 @@ fn mean(differences: &[u8]) -> f64 {
     differences.iter().map(|&value| f64::from(value)).sum::<f64>() / differences.len() as f64
 }
 
-/// Asserts that Khronos' validator, if installed, reports nothing.
-fn assert_valid(bench: &Bench, names: &[String]) {
-    let Some(browser) = Browser::find() else { return };
-    let paths: Vec<PathBuf> = names.iter().map(|name| bench.path(name)).collect();
-    let paths: Vec<_> = paths.iter().map(PathBuf::as_path).collect();
-    let found = browser.validate(&paths);
-    assert_eq!(found.len(), names.len());
-    for (name, found) in names.iter().zip(found) {
-        assert_eq!((found.errors, found.warnings), (0, 0), "{name}: {:?}", found.messages);
-    }
-}
-
 /// The first number in a row of the summary.
 fn stated(summary: &str, row: &str) -> usize {
     let line = summary.lines().find(|line| line.starts_with(row)).unwrap();
@@ -150,7 +135,7 @@ fn the_demo_becomes_an_avatar_for_each_platform() {
         }
         names.push(name);
     }
-    assert_valid(&bench, &names);
+    bench.assert_valid(&names);
 }
 
 #[test]
@@ -170,7 +155,7 @@ fn mouth_and_eyes_are_as_they_are_asked_for() {
     let changed = drawn.chunks(3).filter(|texel| texel.iter().any(|&value| value > 0)).count();
     assert!((400..1500).contains(&changed), "{changed} texels");
     bench.refuse(&format!("{DEMO} --mouth open -o a.glb"), &["--mouth", "fitted", "none"]);
-    assert_valid(&bench, &["fitted.glb".to_owned(), "clean.glb".to_owned()]);
+    bench.assert_valid(&["fitted.glb".to_owned(), "clean.glb".to_owned()]);
 }
 
 #[test]
@@ -202,7 +187,7 @@ fn a_body_model_moves_as_smplx_says() {
     bench.make(&format!("{command} -o mean.glb"));
     assert_ne!(bench.bytes("me.glb"), bench.bytes("mean.glb"));
     bench.make(&format!("{command} --betas walk.npz {WHOSE} -o me.vrm"));
-    assert_valid(&bench, &["me.glb".to_owned(), "me.vrm".to_owned()]);
+    bench.assert_valid(&["me.glb".to_owned(), "me.vrm".to_owned()]);
 
     let shaped = model.shaped(&Shape { betas, ..Shape::default() }).unwrap();
     // The bones of a GLB have common names, which omit most fingers.

@@ -5,14 +5,11 @@
 
 mod bench;
 
-use std::path::PathBuf;
-
 use serde_json::{Value, json};
 use uvgraft::{Channels, Depth, Encoding, Size, Texture};
 use uvgraft_figure::Figure;
 use uvgraft_gltf::scene::{PoseRequest, PosedPrimitive, Scene};
 use uvgraft_io::image;
-use uvgraft_tests::browser::Browser;
 
 use bench::{Bench, texel_u8};
 
@@ -46,16 +43,6 @@ fn image_of(json: &Value, buffer: &[u8], image: &Value) -> Texture {
     let [from, length] =
         ["byteOffset", "byteLength"].map(|key| view[key].as_u64().unwrap_or(0) as usize);
     image::decode(&buffer[from..from + length]).unwrap().texture
-}
-
-/// Asserts that Khronos' validator, if installed, reports nothing.
-fn assert_valid(bench: &Bench, names: &[&str]) {
-    let Some(browser) = Browser::find() else { return };
-    let paths: Vec<PathBuf> = names.iter().map(|name| bench.path(name)).collect();
-    let paths: Vec<_> = paths.iter().map(PathBuf::as_path).collect();
-    for (name, found) in names.iter().zip(browser.validate(&paths)) {
-        assert_eq!((found.errors, found.warnings), (0, 0), "{name}: {:?}", found.messages);
-    }
 }
 
 #[test]
@@ -108,7 +95,7 @@ fn maps_of_a_face_go_into_the_material() {
     let types = vrm["images"].as_array().unwrap().iter();
     let types: Vec<&str> = types.map(|image| image["mimeType"].as_str().unwrap()).collect();
     assert_eq!(types, ["image/jpeg", "image/png", "image/png", "image/jpeg"]);
-    assert_valid(&bench, &["me.glb", "me.vrm"]);
+    bench.assert_valid(&["me.glb", "me.vrm"]);
 }
 
 #[test]
@@ -136,7 +123,7 @@ fn looks_are_mtoon_or_unlit_and_vrm_files_have_a_thumbnail() {
     assert_eq!(plain["materials"][0]["extensions"], json!({ "KHR_materials_unlit": {} }));
     assert_eq!(plain["asset"]["extras"], json!({ "title": "Me", "authors": ["Jane", "Joe"] }));
     assert_eq!(plain["asset"]["copyright"], "Jane, Joe");
-    assert_valid(&bench, &["toon.vrm", "plain.glb"]);
+    bench.assert_valid(&["toon.vrm", "plain.glb"]);
 }
 
 /// The texture's colour at a coordinate, bilinear; 255 is full intensity.
@@ -219,7 +206,7 @@ fn a_head_keeps_its_own_texture() {
     let kinds: Vec<&str> =
         first_person.as_array().unwrap().iter().map(|of| of["type"].as_str().unwrap()).collect();
     assert_eq!(kinds, ["auto", "thirdPersonOnly"]);
-    assert_valid(&bench, &["sharp.glb", "me.glb", "me.vrm"]);
+    bench.assert_valid(&["sharp.glb", "me.glb", "me.vrm"]);
 }
 
 #[cfg(feature = "simplify")]
@@ -255,7 +242,7 @@ fn levels_are_files_or_part_of_one() {
     assert_eq!(json["meshes"].as_array().unwrap().len(), 4);
     assert_eq!(Scene::load(&bench.path("all.glb")).unwrap().triangles(), whole);
     let names: Vec<&str> = names.iter().map(String::as_str).collect();
-    assert_valid(&bench, &names);
+    bench.assert_valid(&names);
 }
 
 #[cfg(feature = "simplify")]
@@ -272,7 +259,7 @@ fn a_budget_needs_no_preset_and_a_preset_says_what_it_is_for() {
         bench.succeed(&format!("{DEMO} --preset quest --texture-layout head+body -o quest.glb"));
     assert!(summary.contains("material slots: 2"), "{summary}");
     assert!(bench.bytes("quest.glb").len() < 10 << 20);
-    assert_valid(&bench, &["small.glb", "vision.glb", "quest.glb"]);
+    bench.assert_valid(&["small.glb", "vision.glb", "quest.glb"]);
 }
 
 /// None of the files exists, so anything rejected was rejected before reading.

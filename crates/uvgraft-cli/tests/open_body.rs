@@ -4,12 +4,9 @@
 
 mod bench;
 
-use std::path::PathBuf;
-
 use uvgraft::Channels;
 use uvgraft_figure::Figure;
 use uvgraft_gltf::scene::Scene;
-use uvgraft_tests::browser::Browser;
 use uvgraft_tests::downloads;
 
 use bench::Bench;
@@ -24,16 +21,6 @@ fn import(bench: &Bench) -> Option<()> {
     bench.run_args(&["body", "import", wheel.to_str().unwrap(), "-o", "open_body.npz"]);
     assert!(bench.exists("open_body.npz"));
     Some(())
-}
-
-/// Asserts that Khronos' validator, if installed, reports nothing.
-fn assert_valid(bench: &Bench, names: &[&str]) {
-    let Some(browser) = Browser::find() else { return };
-    let paths: Vec<PathBuf> = names.iter().map(|name| bench.path(name)).collect();
-    let paths: Vec<_> = paths.iter().map(PathBuf::as_path).collect();
-    for (name, found) in names.iter().zip(browser.validate(&paths)) {
-        assert_eq!((found.errors, found.warnings), (0, 0), "{name}: {:?}", found.messages);
-    }
 }
 
 #[test]
@@ -61,7 +48,7 @@ fn an_avatar_of_the_open_body_has_all_expressions_and_its_terms() {
             assert!(quoted, "{name} does not say {wanted}");
         }
     }
-    assert_valid(&bench, &["me.glb", "me.vrm"]);
+    bench.assert_valid(&["me.glb", "me.vrm"]);
     bench.assert_no_litter();
 }
 
@@ -81,7 +68,7 @@ fn its_expressions_go_to_another_body() {
     for wanted in OF_ARKIT {
         assert!(after.contains(&wanted) && !before.contains(&wanted), "{wanted} of {after:?}");
     }
-    assert_valid(&bench, &["me.glb"]);
+    bench.assert_valid(&["me.glb"]);
     // A closed eye looks closed: the picture of the eye changes, the other eye's does not.
     let render = "render me.glb --camera head --zoom 2 --azimuth 0 --pose stand --size 200x200";
     bench.succeed(&format!("{render} -o open.png"));

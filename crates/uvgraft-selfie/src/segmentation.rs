@@ -209,7 +209,8 @@ impl Evidence<'_> {
         let ahead = smoothstep(0.3, 0.5, self.facing[texel]);
         let brow = |side: usize| {
             let depth = depth(&self.outlines.brows[side], 0.2);
-            let spread = brows[side].has(color, skin) * ahead * smoothstep(-0.19, -0.12, depth);
+            let near = ahead * smoothstep(-0.19, -0.12, depth);
+            let spread = if near > 0.0 { near * brows[side].has(color, skin) } else { 0.0 };
             brows[side].bare * smoothstep(-0.06, 0.0, depth).max(spread)
         };
         let outlined = [

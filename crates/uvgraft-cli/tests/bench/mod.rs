@@ -19,6 +19,7 @@ use uvgraft_figure::{Figure, paint_body_in_tone, paint_head};
 use uvgraft_io::image::{self, Image, WriteOptions};
 use uvgraft_io::pair_file::PairFile;
 use uvgraft_io::{obj, pair_file, vertex_map};
+use uvgraft_tests::browser::Browser;
 
 /// Vertices of the sheet; the target has four more.
 pub const SHEET_VERTICES: u32 = 25;
@@ -211,6 +212,19 @@ impl Bench {
         command.env("UVGRAFT_WEIGHTS", self.path("lpips.safetensors"));
         command.env("UVGRAFT_FACE_WEIGHTS", self.path("faces.safetensors"));
         command
+    }
+
+    /// Asserts that Khronos' validator, if installed, reports nothing about some files.
+    pub fn assert_valid<N: AsRef<str>>(&self, names: &[N]) {
+        let Some(browser) = Browser::find() else { return };
+        let paths: Vec<PathBuf> = names.iter().map(|name| self.path(name.as_ref())).collect();
+        let paths: Vec<_> = paths.iter().map(PathBuf::as_path).collect();
+        let found = browser.validate(&paths);
+        assert_eq!(found.len(), names.len());
+        for (name, found) in names.iter().zip(found) {
+            let name = name.as_ref();
+            assert_eq!((found.errors, found.warnings), (0, 0), "{name}: {:?}", found.messages);
+        }
     }
 
     /// Runs the program and expects success, without output on standard error.

@@ -24,7 +24,7 @@ const REACH: f64 = 2.0;
 const LIFT: f64 = 0.02;
 const LOOSER: f64 = 2.0;
 /// How far the inside of a lid may come forward of its place behind the outside, and towards the opening,
-/// in radii.
+/// as shares of the least distance of skin from the eyeball's centre.
 const FORWARD: f64 = 0.01;
 const INTO_OPENING: f64 = 0.005;
 /// Distance of the skin before a point of the eyeball, as a multiple of that point's distance.
@@ -59,13 +59,13 @@ impl<'a> Eyelids<'a> {
     pub fn find(mesh: &'a Mesh, face: &Face, parts: &Parts) -> Vec<Self> {
         let normals = vertex_normals(mesh.positions(), mesh.faces());
         let eyes = face.eyes.iter().filter_map(|eye| {
-            let openings = eye.lids.iter().flat_map(|lid| [lid.upper.clone(), lid.lower.clone()]);
-            Self::of(mesh, &normals, &openings.collect::<Vec<Spot>>(), parts)
+            let openings = eye.lids.iter().flat_map(|lid| [&lid.upper, &lid.lower]);
+            Self::of(mesh, &normals, &openings.collect::<Vec<&Spot>>(), parts)
         });
         eyes.collect()
     }
 
-    fn of(mesh: &'a Mesh, normals: &[Vec3], margins: &[Spot], parts: &Parts) -> Option<Self> {
+    fn of(mesh: &'a Mesh, normals: &[Vec3], margins: &[&Spot], parts: &Parts) -> Option<Self> {
         let rest = mesh.positions();
         let places: Vec<DVec3> = margins.iter().map(|spot| spot.of(rest).as_dvec3()).collect();
         let middle = places.iter().sum::<DVec3>() / places.len() as f64;
@@ -77,7 +77,8 @@ impl<'a> Eyelids<'a> {
         let mut ball: Vec<u32> = shells.flat_map(|shell| shell.vertices.iter().copied()).collect();
         ball.sort_unstable();
         let opening = middle - center;
-        let mut distances: Vec<f64> = places.iter().map(|place| place.distance(center)).collect();
+        let margins: Vec<DVec3> = places.into_iter().map(|place| place - center).collect();
+        let mut distances: Vec<f64> = margins.iter().map(|margin| margin.length()).collect();
         distances.sort_unstable_by(f64::total_cmp);
         let [least, most] = CLEARANCE.map(|share| share * radius);
         let clearance = distances[distances.len() / 2].clamp(least, most);
@@ -93,13 +94,12 @@ impl<'a> Eyelids<'a> {
             };
             // Skin in a corner of the eye may face sideways, but it also faces forward.
             let cosine = cosine(from).max(cosine(opening));
-            let nearest = places.iter().copied().min_by(|a, b| {
-                let apart = |margin: &DVec3| (*margin - center).distance(from);
-                apart(a).total_cmp(&apart(b))
-            })?;
-            let is_behind = from.length() < BEHIND * nearest.distance(center);
+            let by_distance =
+                |a: &&DVec3, b: &&DVec3| a.distance(from).total_cmp(&b.distance(from));
+            let nearest = margins.iter().min_by(by_distance)?;
+            let is_behind = from.length() < BEHIND * nearest.length();
             if cosine > OUTWARDS || (cosine > 0.0 && !is_behind) {
-                let apart = (nearest - center).distance(from) / radius;
+                let apart = nearest.distance(from) / radius;
                 lifts.push(LIFT + LOOSER * apart * apart);
                 outside.push(vertex);
             } else if is_behind {
@@ -122,7 +122,14 @@ impl<'a> Eyelids<'a> {
         Some(new)
     }
 
-    fn beyond_center(&self, vertex: u32, offsets: &[[f32; 3]], weight: f32) -> DVec3 {
+    fn at_rest(&self, vertex: u32) -> DVec3 {
+        Vec3::from(self.rest[vertex as usize]).as_dvec3() - self.center
+    }
+
+    /// A vertex from the centre.
+    ///
+    /// - `weight`: of its offset.
+    fn moved(&self, vertex: u32, offsets: &[[f32; 3]], weight: f32) -> DVec3 {
         let offset = Vec3::from(offsets[vertex as usize]);
         let at = Vec3::from(self.rest[vertex as usize]) + weight * offset;
         at.as_dvec3() - self.center
@@ -140,8 +147,7 @@ impl<'a> Eyelids<'a> {
             if offsets[vertex as usize] == [0.0; 3] {
                 continue;
             }
-            let rest = Vec3::from(self.rest[vertex as usize]).as_dvec3() - self.center;
-            let (near, moved) = (rest.length(), self.beyond_center(vertex, offsets, 1.0));
+            let (near, moved) = (self.at_rest(vertex).length(), self.moved(vertex, offsets, 1.0));
             let least = near.min(self.clearance);
             let most = near.max(self.clearance) * (1.0 + lift);
             let far = moved.length();
@@ -166,7 +172,7 @@ impl<'a> Eyelids<'a> {
                     let Some(factor) = factor else { continue };
                     for vertex in corners {
                         let Ok(at) = self.outside.binary_search(vertex) else { continue };
-                        let far = self.beyond_center(*vertex, offsets, weight).length();
+                        let far = self.moved(*vertex, offsets, weight).length();
                         let lift = f64::from(factor - 1.0) * far / f64::from(weight);
                         lifts[at] = lifts[at].max(lift);
                     }
@@ -177,7 +183,7 @@ impl<'a> Eyelids<'a> {
             }
             for (&vertex, lift) in self.outside.iter().zip(lifts) {
                 if lift > 0.0 {
-                    let moved = self.beyond_center(vertex, offsets, 1.0);
+                    let moved = self.moved(vertex, offsets, 1.0);
                     self.place(vertex, moved + moved.normalize_or_zero() * lift, offsets);
                 }
             }
@@ -191,7 +197,7 @@ impl<'a> Eyelids<'a> {
     fn reached(&self, offsets: &[[f32; 3]], weight: f32) -> Vec<Option<f32>> {
         /// A triangle farther behind the eyeball's surface is the far side of something.
         const DEEPEST: f32 = 0.7;
-        let place = |vertex: u32| self.beyond_center(vertex, offsets, weight).as_vec3();
+        let place = |vertex: u32| self.moved(vertex, offsets, weight).as_vec3();
         let ball: Vec<Vec3> = self.ball.iter().map(|&vertex| place(vertex)).collect();
         let reach = |corners: &[u32; 3]| {
             let corners = corners.map(place);
@@ -214,21 +220,19 @@ impl<'a> Eyelids<'a> {
 
     /// Keeps the inside behind the outside, which turns about the eyeball's centre.
     fn follow(&self, offsets: &mut [[f32; 3]]) {
-        let radius = self.clearance;
         for &(vertex, margin) in &self.inside {
-            let rest =
-                |vertex: u32| Vec3::from(self.rest[vertex as usize]).as_dvec3() - self.center;
-            let (before, after) = (rest(margin), self.beyond_center(margin, offsets, 1.0));
+            let (before, after) = (self.at_rest(margin), self.moved(margin, offsets, 1.0));
             let turn = DQuat::from_rotation_arc(
                 before.normalize_or(DVec3::Z),
                 after.normalize_or(DVec3::Z),
             );
-            let place = turn * rest(vertex) * (after.length() / before.length());
+            let place = turn * self.at_rest(vertex) * (after.length() / before.length());
             let tangent = turn * (self.opening - before).reject_from(before);
-            let mut moved = self.beyond_center(vertex, offsets, 1.0);
+            let mut moved = self.moved(vertex, offsets, 1.0);
             for (direction, most) in [(tangent, INTO_OPENING), (place, FORWARD)] {
                 let direction = direction.normalize_or_zero();
-                moved -= direction * ((moved - place).dot(direction) - most * radius).max(0.0);
+                moved -=
+                    direction * ((moved - place).dot(direction) - most * self.clearance).max(0.0);
             }
             self.place(vertex, moved, offsets);
         }
