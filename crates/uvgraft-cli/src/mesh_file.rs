@@ -22,10 +22,11 @@ const HEAD: &str = "head";
 
 /// A mesh, and what to call it.
 #[derive(Debug)]
-pub(crate) struct LoadedMesh {
-    pub(crate) mesh: Mesh,
+pub struct LoadedMesh {
+    /// All of the file, or the selected part.
+    pub mesh: Mesh,
     /// Name of the file without its folder, with the selector.
-    pub(crate) name: String,
+    pub name: String,
 }
 
 /// A file and a part of it, written `FILE`, `FILE#SET`, `FILE#NAME` or `FILE#NAME/SET`.
@@ -90,7 +91,7 @@ impl MeshFile {
 ///
 /// # Errors
 /// For files that cannot be read, and for selectors of what does not exist, as bad input.
-pub(crate) fn read(given: &Path) -> anyhow::Result<LoadedMesh> {
+pub fn read(given: &Path) -> anyhow::Result<LoadedMesh> {
     let file = MeshFile::parse(given);
     let mesh = load(&file).or_bad_input()?;
     Ok(LoadedMesh { mesh, name: file.name() })

@@ -74,6 +74,17 @@ impl Formats {
         self.result.channels.has_alpha() && self.result.encoding != Encoding::Data
     }
 
+    /// Whether texels of a format are processed and stored in just that format.
+    pub fn is_kept(&self, format: TexelFormat) -> bool {
+        let Self { result, stored, as_light, as_floats } = *self;
+        // Data keeps its values, whatever their encoding is said to be.
+        let is_encoded_so =
+            result.encoding == Encoding::Data || format.encoding == result.encoding;
+        let is_result = format.channels == result.channels && format.depth == result.depth;
+        let is_processed_so = !as_light && (!as_floats || format.depth == Depth::F32);
+        is_result && is_encoded_so && is_processed_so && stored == result.channels
+    }
+
     /// Converts a source or a base to the working format of both.
     pub fn working(&self, texture: Texture) -> Texture {
         let Self { result, as_light, as_floats, .. } = *self;

@@ -10,7 +10,7 @@ use crate::map::SamplingMap;
 use crate::normals::{NormalFrames, NormalOptions};
 use crate::resample::store;
 use crate::resampler::{Resampler, Source, TexelShape};
-use crate::texture::{Size, TexelFormat, Texels, TexelsMut, Texture, Value};
+use crate::texture::{Depth, Size, TexelFormat, Texels, TexelsMut, Texture, Value};
 use crate::threads::for_each_chunk;
 
 /// A texture ready to be laid over a base, from [`Graft::overlay`] or [`Graft::fit`].
@@ -150,14 +150,63 @@ impl Overlay {
     /// # Errors
     /// [`BandError`] if the band does not lie within the target.
     pub fn lay(&self, first_row: u32, band: Texture) -> Result<Texture, BandError> {
-        let (target, found) = (self.target_size(), band.size());
+        self.check_band(first_row, band.size())?;
+        let formats = &self.formats;
+        let mut band = formats.working(band);
+        self.lay_texels(first_row, band.texels_mut());
+        Ok(formats.restore(band))
+    }
+
+    /// As [`Overlay::lay`], in memory of the caller's: `band` holds rows of the target from
+    /// `first_row` on.
+    ///
+    /// - `format`: that of `band`, which must be both the format of results and the one that values
+    ///   are processed in: [`Overlay::works_in`].
+    ///
+    /// # Errors
+    /// [`BandError`] if the band does not lie within the target.
+    ///
+    /// # Panics
+    /// If values are processed in another format, or if the band does not consist of whole rows.
+    pub fn lay_in_place(
+        &self,
+        first_row: u32,
+        format: TexelFormat,
+        band: TexelsMut<'_>,
+    ) -> Result<(), BandError> {
+        assert!(self.works_in(format), "{format:?}");
+        let (values, depth) = match &band {
+            TexelsMut::U8(values) => (values.len(), Depth::U8),
+            TexelsMut::U16(values) => (values.len(), Depth::U16),
+            TexelsMut::F32(values) => (values.len(), Depth::F32),
+        };
+        let width = self.target_size().width;
+        let row = width as usize * format.channels.count();
+        assert!(depth == format.depth && values.is_multiple_of(row), "{values} {depth:?} values");
+        let height = u32::try_from(values / row).unwrap_or(u32::MAX);
+        self.check_band(first_row, Size::new(width, height))?;
+        self.lay_texels(first_row, band);
+        Ok(())
+    }
+
+    /// Whether bands of a format are processed in that format and stay in it, as
+    /// [`Overlay::lay_in_place`] requires.
+    pub fn works_in(&self, format: TexelFormat) -> bool {
+        self.formats.is_kept(format)
+    }
+
+    fn check_band(&self, first_row: u32, found: Size) -> Result<(), BandError> {
+        let target = self.target_size();
         let last = first_row.saturating_add(found.height);
         if found.width != target.width || last > target.height {
             return Err(BandError { first_row, found, target });
         }
-        let formats = &self.formats;
-        let mut band = formats.working(band);
-        match (&self.layer, band.texels_mut()) {
+        Ok(())
+    }
+
+    /// - `band`: whole rows in the working format.
+    fn lay_texels(&self, first_row: u32, band: TexelsMut<'_>) {
+        match (&self.layer, band) {
             (Layer::Sampled(source), target) => {
                 let is_opaque = source.is_opaque;
                 match (source.texture.texels(), target) {
@@ -183,7 +232,6 @@ impl Overlay {
                 self.lay_values(first_row, target, Values::Solved(layer));
             }
         }
-        Ok(formats.restore(band))
     }
 
     /// Lays the texture over a band in the working format. With a blend, rows are first sampled

@@ -1,0 +1,315 @@
+//! Textures from and to NumPy arrays.
+
+use std::path::PathBuf;
+
+use numpy::{
+    Element, PyArray1, PyArrayDescrMethods, PyArrayDyn, PyArrayMethods, PyReadonlyArrayDyn,
+    PyReadwriteArrayDyn, PyUntypedArray, PyUntypedArrayMethods,
+};
+use pyo3::exceptions::PyMemoryError;
+use pyo3::intern;
+use pyo3::prelude::*;
+use uvgraft::{Channels, Depth, Encoding, Size, TexelFormat, Texels, TexelsMut, Texture};
+use uvgraft_io::image;
+
+use crate::error::{bad_type, bad_value, failed, of_reading, of_texture};
+
+/// Modes of PIL images that are arrays of 1 to 4 channels as they are.
+const PIL_MODES: [&str; 6] = ["L", "LA", "RGB", "RGBA", "I;16", "F"];
+
+/// A texture given by a user.
+pub(crate) struct GivenTexture {
+    pub(crate) texture: Texture,
+    /// Whether the array has no axis of channels, so that results should have none either.
+    pub(crate) is_flat: bool,
+}
+
+/// A texture from an array, a PIL image, or the path of an image file. Its values are copied, with
+/// the interpreter's lock released.
+///
+/// - `what`: the name of the argument.
+/// - `encoding`: of an array; a file has its own.
+///
+/// # Errors
+/// `TypeError` for another type or dtype, `ValueError` for another shape, `OSError` and
+/// `uvgraft.Error` for files that cannot be read.
+pub(crate) fn texture(
+    given: &Bound<'_, PyAny>,
+    what: &str,
+    encoding: Encoding,
+) -> PyResult<GivenTexture> {
+    let py = given.py();
+    if let Ok(path) = given.extract::<PathBuf>() {
+        let read = py.detach(|| image::read(&path)).map_err(of_reading)?;
+        return Ok(GivenTexture { texture: read.texture, is_flat: false });
+    }
+    let array = untyped(given, what)?;
+    let (size, channels) = shape(&array, what)?;
+    let is_flat = array.ndim() == 2;
+    let array = contiguous(array)?;
+    let texels = if let Some(values) = copied::<u8>(&array)? {
+        Texels::U8(values)
+    } else if let Some(values) = copied::<u16>(&array)? {
+        Texels::U16(values)
+    } else if let Some(values) = copied::<f32>(&array)? {
+        Texels::F32(values)
+    } else if let Some(values) = copied::<bool>(&array)? {
+        Texels::U8(values.into_iter().map(|value| if value { 255 } else { 0 }).collect())
+    } else {
+        let found = array.dtype().str()?.to_string();
+        return Err(bad_type(format_args!(
+            "{what} must have dtype uint8, uint16 or float32 (native byte order), got {found}"
+        )));
+    };
+    let texture = Texture::new(size, channels, encoding, texels).map_err(of_texture)?;
+    Ok(GivenTexture { texture, is_flat })
+}
+
+/// An array of any dtype.
+fn untyped<'py>(given: &Bound<'py, PyAny>, what: &str) -> PyResult<Bound<'py, PyUntypedArray>> {
+    if let Ok(array) = given.cast::<PyUntypedArray>() {
+        return Ok(array.clone());
+    }
+    let py = given.py();
+    if given.hasattr(intern!(py, "getbands"))? {
+        let mode: String = given.getattr(intern!(py, "mode"))?.extract()?;
+        if !PIL_MODES.contains(&mode.as_str()) {
+            return Err(bad_value(format_args!(
+                "{what}: PIL images must have mode {}, got {mode}; convert it first, such as by \
+                 image.convert(\"RGB\")",
+                PIL_MODES.join(", ")
+            )));
+        }
+    } else if !given.hasattr(intern!(py, "__array__"))? {
+        let found = given.get_type().name()?.to_string();
+        return Err(bad_type(format_args!(
+            "{what} must be a NumPy array, a PIL image or a path, got {found}"
+        )));
+    }
+    let array = py.import(intern!(py, "numpy"))?.call_method1(intern!(py, "asarray"), (given,))?;
+    Ok(array.cast_into::<PyUntypedArray>()?)
+}
+
+/// The size and the channels of an array of texels.
+fn shape(array: &Bound<'_, PyUntypedArray>, what: &str) -> PyResult<(Size, Channels)> {
+    let wrong = || {
+        bad_value(format_args!(
+            "{what} must have shape (height, width) or (height, width, channels) with 1 to 4 \
+             channels, got {:?}",
+            array.shape()
+        ))
+    };
+    let (height, width, channels) = match *array.shape() {
+        [height, width] => (height, width, 1),
+        [height, width, channels] => (height, width, channels),
+        _ => return Err(wrong()),
+    };
+    let channels = channels_of(channels).ok_or_else(wrong)?;
+    let max = Texture::MAX_SIDE;
+    let side = |texels: usize| match u32::try_from(texels) {
+        Ok(texels) if (1..=max).contains(&texels) => Ok(texels),
+        _ => Err(bad_value(format_args!(
+            "{what} must have 1 to {max} texels a side, got {:?}",
+            array.shape()
+        ))),
+    };
+    Ok((Size::new(side(width)?, side(height)?), channels))
+}
+
+/// The channels of texels with a number of values.
+pub(crate) fn channels_of(count: usize) -> Option<Channels> {
+    match count {
+        1 => Some(Channels::Grey),
+        2 => Some(Channels::GreyAlpha),
+        3 => Some(Channels::Rgb),
+        4 => Some(Channels::Rgba),
+        _ => None,
+    }
+}
+
+/// The array itself if it is C-contiguous and aligned, or a copy that is.
+fn contiguous(array: Bound<'_, PyUntypedArray>) -> PyResult<Bound<'_, PyUntypedArray>> {
+    let py = array.py();
+    let numpy = py.import(intern!(py, "numpy"))?;
+    let wanted = [intern!(py, "C_CONTIGUOUS"), intern!(py, "ALIGNED")];
+    let required = numpy.call_method1(intern!(py, "require"), (array, py.None(), wanted))?;
+    Ok(required.cast_into::<PyUntypedArray>()?)
+}
+
+/// The values of a contiguous array; `None` if it has another dtype.
+fn copied<T: Element + Copy + Send + Sync>(
+    array: &Bound<'_, PyUntypedArray>,
+) -> PyResult<Option<Vec<T>>> {
+    let Ok(array) = array.cast::<PyArrayDyn<T>>() else { return Ok(None) };
+    let borrowed: PyReadonlyArrayDyn<'_, T> = array.try_readonly().map_err(bad_value)?;
+    let values = borrowed.as_slice().map_err(bad_value)?;
+    let copy = array.py().detach(|| {
+        let mut copy = Vec::new();
+        copy.try_reserve_exact(values.len()).map(|()| {
+            copy.extend_from_slice(values);
+            copy
+        })
+    });
+    copy.map(Some).map_err(|_| PyMemoryError::new_err("not enough memory for a copy of an array"))
+}
+
+/// A contiguous vector of numbers in a dtype, from anything that NumPy can convert without loss.
+///
+/// - `what`: the name of the argument.
+/// - `dtype`: that of `T`, as NumPy names it.
+pub(crate) fn numbers<T: Element + Copy + Send + Sync>(
+    given: &Bound<'_, PyAny>,
+    what: &str,
+    dtype: &str,
+) -> PyResult<(Vec<usize>, Vec<T>)> {
+    let py = given.py();
+    let numpy = py.import(intern!(py, "numpy"))?;
+    let array = numpy.call_method1(intern!(py, "asarray"), (given,))?;
+    let array = array.cast_into::<PyUntypedArray>()?;
+    let found = array.dtype().kind();
+    let is_right = match dtype {
+        "float32" => matches!(found, b'f' | b'i' | b'u'),
+        _ => matches!(found, b'i' | b'u'),
+    };
+    // An empty list is an array of floats to NumPy.
+    if !is_right && !array.is_empty() {
+        let found = array.dtype().str()?.to_string();
+        return Err(bad_type(format_args!("{what} must hold numbers of dtype {dtype}, got {found}")));
+    }
+    let array = array.call_method1(intern!(py, "astype"), (dtype,))?;
+    let array = contiguous(array.cast_into::<PyUntypedArray>()?)?;
+    let values = copied::<T>(&array)?.ok_or_else(|| {
+        bad_type(format_args!("{what} must hold numbers of dtype {dtype}"))
+    })?;
+    Ok((array.shape().to_vec(), values))
+}
+
+/// Numbers in rows of `N`.
+///
+/// # Errors
+/// As [`numbers`], and `ValueError` for another shape.
+pub(crate) fn rows<T: Element + Copy + Send + Sync, const N: usize>(
+    given: &Bound<'_, PyAny>,
+    what: &str,
+    dtype: &str,
+) -> PyResult<Vec<[T; N]>> {
+    let (shape, values) = numbers::<T>(given, what, dtype)?;
+    if !matches!(shape[..], [_, columns] if columns == N) {
+        return Err(bad_value(format_args!("{what} must have shape (n, {N}), got {shape:?}")));
+    }
+    Ok(values.as_chunks::<N>().0.to_vec())
+}
+
+/// A texture as an array of shape `(height, width, channels)`, or `(height, width)` if it has one
+/// channel and `is_flat`. The array owns the texture's memory; nothing is copied.
+pub(crate) fn array<'py>(
+    py: Python<'py>,
+    texture: Texture,
+    is_flat: bool,
+) -> PyResult<Bound<'py, PyAny>> {
+    let Size { width, height } = texture.size();
+    let channels = texture.channels().count();
+    let shape = match (channels, is_flat) {
+        (1, true) => vec![height as usize, width as usize],
+        _ => vec![height as usize, width as usize, channels],
+    };
+    match texture.into_texels() {
+        Texels::U8(values) => shaped(py, values, shape),
+        Texels::U16(values) => shaped(py, values, shape),
+        Texels::F32(values) => shaped(py, values, shape),
+    }
+}
+
+/// An array that owns the memory of a vector.
+pub(crate) fn shaped<T: Element>(
+    py: Python<'_>,
+    values: Vec<T>,
+    shape: Vec<usize>,
+) -> PyResult<Bound<'_, PyAny>> {
+    Ok(PyArray1::from_vec(py, values).reshape(shape)?.into_any())
+}
+
+/// An array that results are written to.
+pub(crate) enum OutArray<'py> {
+    U8(PyReadwriteArrayDyn<'py, u8>),
+    U16(PyReadwriteArrayDyn<'py, u16>),
+    F32(PyReadwriteArrayDyn<'py, f32>),
+}
+
+impl<'py> OutArray<'py> {
+    /// Checks that a result of a size and a format can be written to an array.
+    ///
+    /// # Errors
+    /// `TypeError` and `ValueError`, with what the array must be.
+    pub(crate) fn new(
+        given: &Bound<'py, PyAny>,
+        size: Size,
+        format: TexelFormat,
+    ) -> PyResult<Self> {
+        let (height, width) = (size.height as usize, size.width as usize);
+        let channels = format.channels.count();
+        let dtype = match format.depth {
+            Depth::U8 => "uint8",
+            Depth::U16 => "uint16",
+            Depth::F32 => "float32",
+        };
+        let Ok(array) = given.cast::<PyUntypedArray>() else {
+            let found = given.get_type().name()?.to_string();
+            return Err(bad_type(format_args!("out must be a NumPy array, got {found}")));
+        };
+        let is_shaped = match *array.shape() {
+            [rows, columns] => channels == 1 && (rows, columns) == (height, width),
+            [rows, columns, depth] => (rows, columns, depth) == (height, width, channels),
+            _ => false,
+        };
+        if !is_shaped {
+            return Err(bad_value(format_args!(
+                "out must have shape ({height}, {width}, {channels}), got {:?}",
+                array.shape()
+            )));
+        }
+        let found = array.dtype().str()?.to_string();
+        let wrong_type = || bad_type(format_args!("out must have dtype {dtype}, got {found}"));
+        Ok(match format.depth {
+            Depth::U8 => Self::U8(writable(array.cast().map_err(|_| wrong_type())?)?),
+            Depth::U16 => Self::U16(writable(array.cast().map_err(|_| wrong_type())?)?),
+            Depth::F32 => Self::F32(writable(array.cast().map_err(|_| wrong_type())?)?),
+        })
+    }
+
+    /// The array's values.
+    pub(crate) fn texels_mut(&mut self) -> PyResult<TexelsMut<'_>> {
+        Ok(match self {
+            Self::U8(array) => TexelsMut::U8(array.as_slice_mut().map_err(bad_value)?),
+            Self::U16(array) => TexelsMut::U16(array.as_slice_mut().map_err(bad_value)?),
+            Self::F32(array) => TexelsMut::F32(array.as_slice_mut().map_err(bad_value)?),
+        })
+    }
+}
+
+/// Exclusive access to the values of an array.
+fn writable<'py, T: Element>(
+    array: &Bound<'py, PyArrayDyn<T>>,
+) -> PyResult<PyReadwriteArrayDyn<'py, T>> {
+    let is_aligned = (array.data() as usize).is_multiple_of(align_of::<T>());
+    if !array.is_c_contiguous() || !is_aligned {
+        return Err(bad_value("out must be C-contiguous and aligned"));
+    }
+    array.try_readwrite().map_err(|_| {
+        bad_value("out must be writeable, and must not be in use by another call")
+    })
+}
+
+/// Copies texels.
+///
+/// # Errors
+/// `uvgraft.Error` if the formats differ, which callers rule out.
+pub(crate) fn copy(from: &Texels, to: &mut TexelsMut<'_>) -> PyResult<()> {
+    match (from, to) {
+        (Texels::U8(from), TexelsMut::U8(to)) => to.copy_from_slice(from),
+        (Texels::U16(from), TexelsMut::U16(to)) => to.copy_from_slice(from),
+        (Texels::F32(from), TexelsMut::F32(to)) => to.copy_from_slice(from),
+        _ => return Err(failed("internal error: formats differ")),
+    }
+    Ok(())
+}

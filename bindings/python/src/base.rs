@@ -1,0 +1,93 @@
+//! What textures are laid over: an array, an image file, a colour, or nothing.
+
+use std::path::PathBuf;
+
+use pyo3::prelude::*;
+use uvgraft::{Channels, Content, Depth, Encoding, Size, TexelFormat, Texture};
+use uvgraft_pipeline::BaseSource;
+
+use crate::arrays::{GivenTexture, texture};
+use crate::error::{bad_type, of_pipeline, of_texture};
+
+/// A base as it was given.
+pub(crate) enum Base {
+    Texture(GivenTexture),
+    /// Red, green, blue and alpha, sRGB, 1.0 for full intensity.
+    Color([f32; 4]),
+}
+
+impl Base {
+    pub(crate) fn new(
+        given: Option<&Bound<'_, PyAny>>,
+        content: Content,
+        encoding: Encoding,
+    ) -> PyResult<Self> {
+        let Some(given) = given else { return Ok(Self::Color(default_color(content))) };
+        if let Ok(path) = given.extract::<PathBuf>() {
+            let text = path.to_string_lossy();
+            if text.starts_with('#') {
+                return match BaseSource::parse(&text).map_err(of_pipeline)? {
+                    BaseSource::Color(color) => Ok(Self::Color(color)),
+                    BaseSource::Image(_) => Err(bad_type("base must be a colour such as #808080")),
+                };
+            }
+        }
+        texture(given, "base", encoding).map(Self::Texture)
+    }
+
+    /// The size of a texture.
+    pub(crate) fn size(&self) -> Option<Size> {
+        match self {
+            Self::Texture(given) => Some(given.texture.size()),
+            Self::Color(_) => None,
+        }
+    }
+
+    /// The format of the base under a source.
+    pub(crate) fn format(&self, source: TexelFormat) -> TexelFormat {
+        match self {
+            Self::Texture(given) => given.texture.format(),
+            Self::Color([r, g, b, alpha]) => {
+                let colored = source.channels.has_color() || r != g || g != b;
+                let clear = source.channels.has_alpha() || *alpha < 1.0;
+                let channels = if colored { Channels::Rgb } else { Channels::Grey };
+                let channels = if clear { channels.with_alpha() } else { channels };
+                TexelFormat { channels, ..source }
+            }
+        }
+    }
+
+    /// Its colours, for tones: a single texel of a colour.
+    pub(crate) fn colors(&self) -> PyResult<Texture> {
+        match self {
+            Self::Texture(given) => Ok(given.texture.clone()),
+            Self::Color(color) => {
+                let (size, depth) = (Size::square(1), Depth::F32);
+                Texture::filled(size, Channels::Rgba, Encoding::Srgb, depth, color)
+                    .map_err(of_texture)
+            }
+        }
+    }
+
+    /// All of its texels, in a format from [`Base::format`].
+    pub(crate) fn into_texture(self, size: Size, format: TexelFormat) -> PyResult<Texture> {
+        match self {
+            Self::Texture(given) => Ok(given.texture),
+            Self::Color(color) => {
+                let (channels, depth) = (Channels::Rgba, Depth::U8);
+                let filled = Texture::filled(size, channels, Encoding::Srgb, depth, &color)
+                    .map_err(of_texture)?;
+                Ok(filled.encoded_as(format.encoding).converted(format.channels, format.depth))
+            }
+        }
+    }
+}
+
+/// Transparent for colours, flat for normals, 0 for other data, which has no alpha.
+fn default_color(content: Content) -> [f32; 4] {
+    match content {
+        Content::Color => [0.0; 4],
+        Content::Normals(_) => [0.5, 0.5, 1.0, 1.0],
+        _ => [0.0, 0.0, 0.0, 1.0],
+    }
+}

@@ -1,0 +1,91 @@
+//! Errors of the crates as the exceptions that Python users expect.
+
+use std::io;
+use std::path::Path;
+
+use pyo3::exceptions::{PyMemoryError, PyOSError, PyTypeError, PyValueError};
+use pyo3::{PyErr, create_exception};
+use uvgraft::{GraftError, TextureError};
+use uvgraft_io::input::ReadError;
+use uvgraft_pipeline::{Failure, Fault};
+
+create_exception!(
+    uvgraft,
+    Error,
+    pyo3::exceptions::PyException,
+    "Something that uvgraft was given cannot be used, or its work failed."
+);
+
+/// A failure that has no better exception in Python.
+pub(crate) fn failed(message: impl std::fmt::Display) -> PyErr {
+    Error::new_err(message.to_string())
+}
+
+/// An argument with a value that is not allowed.
+pub(crate) fn bad_value(message: impl std::fmt::Display) -> PyErr {
+    PyValueError::new_err(message.to_string())
+}
+
+/// An argument of the wrong type.
+pub(crate) fn bad_type(message: impl std::fmt::Display) -> PyErr {
+    PyTypeError::new_err(message.to_string())
+}
+
+/// An error of the system about a file, as the subclass of `OSError` for it.
+pub(crate) fn of_file(reason: &io::Error, path: &Path) -> PyErr {
+    match reason.raw_os_error() {
+        Some(code) => {
+            let text = io::Error::from_raw_os_error(code).to_string();
+            let text = text.split(" (os error").next().unwrap_or_default().to_owned();
+            PyOSError::new_err((code, text, path.to_path_buf()))
+        }
+        None => failed(format_args!("{}: {reason}", path.display())),
+    }
+}
+
+/// An error of reading a file: of the system, or of its content.
+pub(crate) fn of_reading<E: std::error::Error + 'static>(error: ReadError<E>) -> PyErr {
+    match error {
+        ReadError::Io { path, reason } => of_file(&reason, &path),
+        content => failed(content),
+    }
+}
+
+/// An error of reading a file by a function that reads several formats.
+pub(crate) fn of_any_file(error: &anyhow::Error, path: &Path) -> PyErr {
+    match error.chain().find_map(|cause| cause.downcast_ref::<io::Error>()) {
+        Some(reason) => of_file(reason, path),
+        // The system is asked again, since not every reader keeps its error.
+        None => match path.metadata() {
+            Err(reason) if !path.to_string_lossy().contains('#') => of_file(&reason, path),
+            _ => failed(format_args!("{error:#}")),
+        },
+    }
+}
+
+/// An error of preparing or applying a transfer.
+pub(crate) fn of_graft(error: GraftError) -> PyErr {
+    match error {
+        GraftError::Texture(error) => of_texture(error),
+        GraftError::Size { .. } | GraftError::Channels { .. } | GraftError::NotFinite { .. } => {
+            bad_value(error)
+        }
+        error => failed(error),
+    }
+}
+
+/// An error of making a texture.
+pub(crate) fn of_texture(error: TextureError) -> PyErr {
+    match error {
+        TextureError::Memory(_) => PyMemoryError::new_err(error.to_string()),
+        error => bad_value(error),
+    }
+}
+
+/// A failure of a transfer between files.
+pub(crate) fn of_pipeline(failure: Failure) -> PyErr {
+    match failure.fault() {
+        Fault::Cancelled => pyo3::exceptions::PyKeyboardInterrupt::new_err(failure.to_string()),
+        Fault::Input | Fault::Work => failed(failure),
+    }
+}

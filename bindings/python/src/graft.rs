@@ -1,0 +1,612 @@
+//! Prepared transfers.
+
+use std::ffi::CString;
+use std::sync::{Arc, Mutex, PoisonError};
+
+use numpy::{PyUntypedArray, PyUntypedArrayMethods};
+use pyo3::exceptions::PyUserWarning;
+use pyo3::intern;
+use pyo3::prelude::*;
+use pyo3::types::{PyDict, PyTuple};
+use uvgraft::{
+    Averaging, Blend, BlendDomain, BlendOptions, Content, Direction, Encoding, Filter, FitOptions,
+    FitProgress, FitSummary, Graft as CoreGraft, Labels, MapOptions, Overlap, Overlay,
+    Pair as CorePair, Size, Sizes, TexelFormat, Texture, ToneCorrection,
+};
+
+use crate::arguments::{self, chosen, direction, filter, filter_name, overlap, tone};
+use crate::arrays::{GivenTexture, OutArray, array, copy, texture};
+use crate::base::Base;
+use crate::error::{bad_value, failed, of_graft};
+use crate::map::{self, SamplingMap};
+use crate::operator::Operator;
+use crate::pair::Pair;
+use crate::region::selection;
+use crate::threads;
+
+/// Grafts that are kept, one for each pair of sizes.
+const MAX_KEPT: usize = 4;
+
+/// Length of the feather of blends, in metres.
+const FEATHER_M: f64 = 0.01;
+
+/// A transfer that is prepared once and applied often.
+#[pyclass(frozen, module = "uvgraft", name = "Graft")]
+pub(crate) struct Graft {
+    settings: Settings,
+    /// The size of results where the base has none.
+    size: Option<Size>,
+    threads: Option<usize>,
+    /// The most recently used last. Locked with the interpreter's lock held, and only for a moment.
+    kept: Mutex<Vec<Arc<CoreGraft>>>,
+    pair: Py<Pair>,
+    /// As they were given, to be pickled.
+    options: Py<PyDict>,
+}
+
+/// What all grafts of a transfer share, whatever their sizes.
+struct Settings {
+    pair: Arc<CorePair>,
+    direction: Direction,
+    filter: Filter,
+    map: MapOptions,
+    overlap: Overlap,
+    averaging: Averaging,
+    content: Content,
+    encoding: Encoding,
+    blend: Option<Arc<Blend>>,
+}
+
+impl Settings {
+    fn build(&self, sizes: Sizes) -> Result<CoreGraft, uvgraft::GraftError> {
+        let mut builder = CoreGraft::builder(Arc::clone(&self.pair), sizes)
+            .direction(self.direction)
+            .filter(self.filter)
+            .map_options(self.map)
+            .overlap(self.overlap)
+            .averaging(self.averaging)
+            .content(self.content);
+        if let Some(blend) = &self.blend {
+            builder = builder.shared_blend(Arc::clone(blend));
+        }
+        builder.build()
+    }
+}
+
+#[pymethods]
+impl Graft {
+    #[new]
+    #[pyo3(signature = (pair, **options))]
+    fn new(pair: &Bound<'_, Pair>, options: Option<&Bound<'_, PyDict>>) -> PyResult<Self> {
+        let py = pair.py();
+        let options = match options {
+            Some(options) => options.copy()?,
+            None => PyDict::new(py),
+        };
+        let given = Options::new(&options)?;
+        given.make(pair, options.unbind())
+    }
+
+    #[pyo3(signature = (texture, base=None, *, out=None, threads=None))]
+    fn apply<'py>(
+        &self,
+        py: Python<'py>,
+        texture: &Bound<'py, PyAny>,
+        base: Option<&Bound<'py, PyAny>>,
+        out: Option<&Bound<'py, PyAny>>,
+        threads: Option<i64>,
+    ) -> PyResult<Bound<'py, PyAny>> {
+        let threads = threads::checked(threads)?.or(self.threads);
+        let source = crate::arrays::texture(texture, "texture", self.settings.encoding)?;
+        if let (Some(base), Some(out)) = (base, out)
+            && let Some(done) = self.apply_in_place(&source, base, out, threads)?
+        {
+            return Ok(done);
+        }
+        let base = Base::new(base, self.settings.content, self.settings.encoding)?;
+        self.lay(py, source, base, out, threads, |graft, texture, format| {
+            graft.overlay(texture, format).map_err(of_graft)
+        })
+    }
+
+    #[pyo3(signature = (
+        texture, base=None, *, steps=None, min_gain=None, regularization=None, smoothness=None,
+        progress=None, out=None, threads=None
+    ))]
+    fn fit<'py>(
+        &self,
+        py: Python<'py>,
+        texture: &Bound<'py, PyAny>,
+        base: Option<&Bound<'py, PyAny>>,
+        steps: Option<u32>,
+        min_gain: Option<f64>,
+        regularization: Option<f32>,
+        smoothness: Option<f32>,
+        progress: Option<Py<PyAny>>,
+        out: Option<&Bound<'py, PyAny>>,
+        threads: Option<i64>,
+    ) -> PyResult<Bound<'py, PyAny>> {
+        let threads = threads::checked(threads)?.or(self.threads);
+        let mut options = FitOptions::default();
+        options.max_steps = steps.unwrap_or(options.max_steps);
+        options.min_gain = min_gain.unwrap_or(options.min_gain);
+        options.regularization = regularization.unwrap_or(options.regularization);
+        options.smoothness = smoothness.or(options.smoothness);
+        let source = crate::arrays::texture(texture, "texture", self.settings.encoding)?;
+        let base = Base::new(base, self.settings.content, self.settings.encoding)?;
+        let (mut summary, mut raised) = (None, None);
+        let fitted = self.lay(py, source, base, out, threads, |graft, texture, format| {
+            let mut report = |now: FitProgress| {
+                let Some(callback) = progress.as_ref().filter(|_| raised.is_none()) else { return };
+                raised = Python::attach(|py| {
+                    callback.call1(py, (now.step, now.max_steps, now.rms)).err()
+                });
+            };
+            let fitted = graft.fit(texture, format, &options, &mut report).map_err(of_graft)?;
+            summary = Some(fitted.summary);
+            Ok(fitted.overlay)
+        })?;
+        if let Some(error) = raised {
+            return Err(error);
+        }
+        let FitSummary { steps, sampled_rms, fitted_rms, share_met, .. } =
+            summary.ok_or_else(|| failed("internal error: nothing was fitted"))?;
+        let kind = py.import(intern!(py, "uvgraft._results"))?.getattr(intern!(py, "Fit"))?;
+        kind.call1((fitted, steps, sampled_rms, fitted_rms, share_met))
+    }
+
+    /// The tone that a blend would match a texture and a base with, in figures.
+    #[pyo3(signature = (texture, base=None, *, threads=None))]
+    fn tone<'py>(
+        &self,
+        py: Python<'py>,
+        texture: &Bound<'py, PyAny>,
+        base: Option<&Bound<'py, PyAny>>,
+        threads: Option<i64>,
+    ) -> PyResult<Option<Bound<'py, PyAny>>> {
+        let threads = threads::checked(threads)?.or(self.threads);
+        let source = crate::arrays::texture(texture, "texture", self.settings.encoding)?.texture;
+        let base = Base::new(base, self.settings.content, self.settings.encoding)?;
+        let graft = self.graft(py, self.sizes(source.size(), base.size())?, threads)?;
+        let format = base.format(source.format());
+        let colors = base.colors()?;
+        let toning = threads::run(py, threads, || graft.toning(&source, &colors, format))?;
+        let Some(toning) = toning.map_err(failed)? else { return Ok(None) };
+        let report = toning.report();
+        let kind = py.import(intern!(py, "uvgraft._results"))?.getattr(intern!(py, "Tone"))?;
+        let [face, body] = report.lightness;
+        let [face_clipped, body_clipped] = report.clipped;
+        let figures = (
+            (face, body),
+            (face_clipped, body_clipped),
+            report.boundary_delta_e,
+            report.left_out,
+            report.warnings(),
+        );
+        kind.call1(figures).map(Some)
+    }
+
+    #[pyo3(signature = (*, size=None, source_size=None))]
+    fn mask<'py>(
+        &self,
+        py: Python<'py>,
+        size: Option<&Bound<'py, PyAny>>,
+        source_size: Option<&Bound<'py, PyAny>>,
+    ) -> PyResult<Bound<'py, PyAny>> {
+        let graft = self.of_sizes(py, size, source_size)?;
+        let mask = threads::run(py, self.threads, || graft.mask())?;
+        array(py, mask, true)
+    }
+
+    #[pyo3(signature = (*, size=None, source_size=None))]
+    fn map(
+        &self,
+        py: Python<'_>,
+        size: Option<&Bound<'_, PyAny>>,
+        source_size: Option<&Bound<'_, PyAny>>,
+    ) -> PyResult<SamplingMap> {
+        let graft = self.of_sizes(py, size, source_size)?;
+        let map = Arc::new(graft.map().clone());
+        Ok(SamplingMap { map, threads: self.threads })
+    }
+
+    #[pyo3(signature = (*, size=None, source_size))]
+    fn operator(
+        &self,
+        py: Python<'_>,
+        size: Option<&Bound<'_, PyAny>>,
+        source_size: &Bound<'_, PyAny>,
+    ) -> PyResult<Operator> {
+        let graft = self.of_sizes(py, size, Some(source_size))?;
+        let operator = threads::run(py, self.threads, || graft.operator())?;
+        Ok(Operator { operator: Arc::new(operator), threads: self.threads })
+    }
+
+    #[getter]
+    fn pair(&self, py: Python<'_>) -> Py<Pair> {
+        self.pair.clone_ref(py)
+    }
+
+    #[getter]
+    fn reverse(&self) -> bool {
+        self.settings.direction == Direction::Reverse
+    }
+
+    #[getter]
+    fn filter(&self) -> &'static str {
+        filter_name(self.settings.filter)
+    }
+
+    fn __repr__(&self, py: Python<'_>) -> PyResult<String> {
+        let options = self.options.bind(py).repr()?;
+        Ok(format!("<uvgraft.Graft of {}, {options}>", self.pair.get().file.source_name))
+    }
+
+    fn __getnewargs_ex__<'py>(
+        &self,
+        py: Python<'py>,
+    ) -> PyResult<(Bound<'py, PyTuple>, Bound<'py, PyDict>)> {
+        Ok((PyTuple::new(py, [self.pair.clone_ref(py)])?, self.options.bind(py).copy()?))
+    }
+}
+
+impl Graft {
+    /// The sizes of a texture and a base.
+    fn sizes(&self, from: Size, base: Option<Size>) -> PyResult<Sizes> {
+        match (base, self.size) {
+            (Some(found), Some(wanted)) if found != wanted => Err(bad_value(format_args!(
+                "base must be {wanted} texels as the graft's size, got {found}"
+            ))),
+            (Some(to), _) | (None, Some(to)) => Ok(Sizes { from, to }),
+            (None, None) => Err(bad_value(
+                "without a base image the result must have a size: Graft(pair, size=2048)",
+            )),
+        }
+    }
+
+    /// The graft for given sizes; the texture's matters for operators only.
+    fn of_sizes(
+        &self,
+        py: Python<'_>,
+        size: Option<&Bound<'_, PyAny>>,
+        source_size: Option<&Bound<'_, PyAny>>,
+    ) -> PyResult<Arc<CoreGraft>> {
+        let to = size.map(|size| arguments::size("size", size)).transpose()?.or(self.size);
+        let to = to.ok_or_else(|| bad_value("size is required, here or in Graft(pair, size=...)"))?;
+        let from = source_size.map(|size| arguments::size("source_size", size)).transpose()?;
+        self.graft(py, Sizes { from: from.unwrap_or(Size::square(1)), to }, self.threads)
+    }
+
+    /// The graft for some sizes, made on first use.
+    fn graft(
+        &self,
+        py: Python<'_>,
+        sizes: Sizes,
+        threads: Option<usize>,
+    ) -> PyResult<Arc<CoreGraft>> {
+        let (found, near) = {
+            let mut kept = self.kept.lock().unwrap_or_else(PoisonError::into_inner);
+            match kept.iter().position(|graft| graft.sizes() == sizes) {
+                Some(at) => {
+                    let graft = kept.remove(at);
+                    kept.push(Arc::clone(&graft));
+                    (Some(graft), None)
+                }
+                None => (None, kept.iter().find(|graft| graft.sizes().to == sizes.to).cloned()),
+            }
+        };
+        if let Some(found) = found {
+            return Ok(found);
+        }
+        let settings = &self.settings;
+        let made = threads::run(py, threads, || match near {
+            Some(near) => near.with_texture_size(sizes.from),
+            None => settings.build(sizes),
+        })?;
+        let made = Arc::new(made.map_err(of_graft)?);
+        let mut kept = self.kept.lock().unwrap_or_else(PoisonError::into_inner);
+        if kept.len() == MAX_KEPT {
+            kept.remove(0);
+        }
+        kept.push(Arc::clone(&made));
+        Ok(made)
+    }
+
+    /// Lays a texture over a base.
+    ///
+    /// - `make`: makes the overlay; called on the pool, without the interpreter's lock.
+    fn lay<'py>(
+        &self,
+        py: Python<'py>,
+        source: GivenTexture,
+        base: Base,
+        out: Option<&Bound<'py, PyAny>>,
+        threads: Option<usize>,
+        make: impl FnOnce(&CoreGraft, Texture, TexelFormat) -> PyResult<Overlay> + Send,
+    ) -> PyResult<Bound<'py, PyAny>> {
+        let GivenTexture { texture, is_flat } = source;
+        let is_flat = is_flat
+            && match &base {
+                Base::Texture(given) => given.is_flat,
+                Base::Color(_) => true,
+            };
+        let sizes = self.sizes(texture.size(), base.size())?;
+        let graft = self.graft(py, sizes, threads)?;
+        let format = base.format(texture.format());
+        let (result, warnings) = threads::run(py, threads, || -> PyResult<_> {
+            let (texture, mut warnings) = self.finite(texture);
+            let toning = self.toning(&graft, &texture, &base, format, &mut warnings)?;
+            let mut overlay = make(&graft, texture, format)?;
+            if let Some(toning) = &toning {
+                overlay = match self.settings.content {
+                    Content::Color => overlay.with_tone(toning).map_err(failed)?,
+                    _ => overlay.with_exclusion(toning).map_err(failed)?,
+                };
+            }
+            let base = base.into_texture(sizes.to, format)?;
+            Ok((overlay.lay(0, self.reinterpreted(base)).map_err(bad_value)?, warnings))
+        })??;
+        for warning in warnings {
+            warn(py, &warning)?;
+        }
+        let Some(out) = out else { return array(py, result, is_flat) };
+        let mut target = OutArray::new(out, result.size(), result.format())?;
+        copy(result.texels(), &mut target.texels_mut()?)?;
+        Ok(out.clone())
+    }
+
+    /// Lays a texture over an array that has the result's format already, without a copy of it:
+    /// only for plain transfers, which need not see the base. `None` if that is not possible.
+    fn apply_in_place<'py>(
+        &self,
+        source: &GivenTexture,
+        base: &Bound<'py, PyAny>,
+        out: &Bound<'py, PyAny>,
+        threads: Option<usize>,
+    ) -> PyResult<Option<Bound<'py, PyAny>>> {
+        let py = base.py();
+        let settings = &self.settings;
+        if settings.blend.as_ref().is_some_and(|blend| blend.options().needs_labels()) {
+            return Ok(None);
+        }
+        let (Ok(given), Ok(_)) = (base.cast::<PyUntypedArray>(), out.cast::<PyUntypedArray>())
+        else {
+            return Ok(None);
+        };
+        let format = source.texture.format();
+        let channels = given.shape().get(2).copied().unwrap_or(1);
+        let &[height, width, ..] = given.shape() else { return Ok(None) };
+        if channels != format.channels.count() || given.ndim() > 3 {
+            return Ok(None);
+        }
+        let side = |texels: usize| u32::try_from(texels).unwrap_or(u32::MAX);
+        let size = Size::new(side(width), side(height));
+        if size.texels() == 0 || size.width.max(size.height) > Texture::MAX_SIDE {
+            return Ok(None);
+        }
+        let sizes = self.sizes(source.texture.size(), Some(size))?;
+        let out_dtype = out.getattr(intern!(py, "dtype"))?;
+        if !base.getattr(intern!(py, "dtype"))?.eq(&out_dtype)? {
+            return Ok(None);
+        }
+        let Ok(mut target) = OutArray::new(out, size, format) else { return Ok(None) };
+        let graft = self.graft(py, sizes, threads)?;
+        let (texture, warnings) = self.finite(source.texture.clone());
+        let overlay = threads::run(py, threads, || graft.overlay(texture, format))?;
+        let overlay = overlay.map_err(of_graft)?;
+        if !overlay.works_in(format) || overlay.format().depth != format.depth {
+            return Ok(None);
+        }
+        if !base.is(out) {
+            drop(target);
+            py.import(intern!(py, "numpy"))?.call_method1(intern!(py, "copyto"), (out, base))?;
+            target = OutArray::new(out, size, format)?;
+        }
+        let texels = target.texels_mut()?;
+        threads::run(py, threads, || overlay.lay_in_place(0, format, texels))?
+            .map_err(bad_value)?;
+        for warning in warnings {
+            warn(py, &warning)?;
+        }
+        Ok(Some(out.clone()))
+    }
+
+    /// A texture without NaN and infinite values, and a warning if it had any.
+    fn finite(&self, texture: Texture) -> (Texture, Vec<String>) {
+        let texture = self.reinterpreted(texture);
+        let (texture, warning) =
+            uvgraft_pipeline::without_non_finite(texture, std::path::Path::new("texture"));
+        (texture, warning.into_iter().collect())
+    }
+
+    /// A texture with the encoding that the content says.
+    fn reinterpreted(&self, texture: Texture) -> Texture {
+        match self.settings.content {
+            Content::Color => texture,
+            _ => texture.with_encoding(Encoding::Data),
+        }
+    }
+
+    /// The tone and what is left out of the texture. Where no tone can be found, colours stay as
+    /// they are, with a warning.
+    fn toning(
+        &self,
+        graft: &CoreGraft,
+        texture: &Texture,
+        base: &Base,
+        format: TexelFormat,
+        warnings: &mut Vec<String>,
+    ) -> PyResult<Option<ToneCorrection>> {
+        let Some(blend) = graft.blend().filter(|blend| blend.options().needs_labels()) else {
+            return Ok(None);
+        };
+        if self.settings.content != Content::Color {
+            return Ok(if blend.has_labels() { graft.exclusion(texture) } else { None });
+        }
+        if !blend.options().needs_colors() {
+            return Ok(graft.exclusion(texture));
+        }
+        let toning = graft.toning(texture, &base.colors()?, format).unwrap_or_else(|why| {
+            warnings.push(format!("{why}; colours left unchanged"));
+            graft.exclusion(texture)
+        });
+        warnings.extend(toning.iter().flat_map(|toning| toning.report().warnings()));
+        Ok(toning)
+    }
+}
+
+fn warn(py: Python<'_>, text: &str) -> PyResult<()> {
+    let category = py.get_type::<PyUserWarning>();
+    let text = CString::new(text).map_err(failed)?;
+    PyErr::warn(py, &category, &text, 1)
+}
+
+/// The options of a graft as they were given.
+struct Options<'py> {
+    given: Bound<'py, PyDict>,
+}
+
+/// The names of all options.
+const NAMES: [&str; 20] = [
+    "size",
+    "reverse",
+    "filter",
+    "gutter",
+    "prefer",
+    "overlap",
+    "linear_light",
+    "encoding",
+    "content",
+    "normal_y",
+    "normal_y_out",
+    "region",
+    "blend",
+    "feather",
+    "tone",
+    "match_skin",
+    "keep_all",
+    "skin",
+    "labels",
+    "threads",
+];
+
+impl<'py> Options<'py> {
+    fn new(given: &Bound<'py, PyDict>) -> PyResult<Self> {
+        for name in given.keys() {
+            let name: String = name.extract()?;
+            if !NAMES.contains(&name.as_str()) {
+                return Err(crate::error::bad_type(format_args!(
+                    "Graft() got an unexpected keyword argument '{name}'"
+                )));
+            }
+        }
+        Ok(Self { given: given.clone() })
+    }
+
+    /// An option that is given and not `None`.
+    fn get(&self, name: &str) -> PyResult<Option<Bound<'py, PyAny>>> {
+        Ok(self.given.get_item(name)?.filter(|value| !value.is_none()))
+    }
+
+    fn text(&self, name: &str, default: &str) -> PyResult<String> {
+        match self.get(name)? {
+            Some(value) => value.extract(),
+            None => Ok(default.to_owned()),
+        }
+    }
+
+    fn flag(&self, name: &str) -> PyResult<bool> {
+        self.get(name)?.map_or(Ok(false), |value| value.extract())
+    }
+
+    fn make(&self, pair: &Bound<'py, Pair>, options: Py<PyDict>) -> PyResult<Graft> {
+        let py = pair.py();
+        let normal_y_out = self.get("normal_y_out")?.map(|name| name.extract()).transpose()?;
+        let normal_y_out: Option<String> = normal_y_out;
+        let content = arguments::content(
+            &self.text("content", "color")?,
+            &self.text("normal_y", "opengl")?,
+            normal_y_out.as_deref(),
+        )?;
+        let default_filter = if content == Content::Color { "lanczos3" } else { "bilinear" };
+        let gutter = self.get("gutter")?.map_or(Ok(16), |value| value.extract())?;
+        let encodings = [("srgb", Encoding::Srgb), ("linear", Encoding::Linear)];
+        let threads = self.get("threads")?.map(|value| value.extract()).transpose()?;
+        let threads = threads::checked(threads)?;
+        let mut settings = Settings {
+            pair: Arc::clone(&pair.get().file.pair),
+            direction: direction(self.flag("reverse")?),
+            filter: filter(&self.text("filter", default_filter)?)?,
+            map: map::options(gutter, &self.text("prefer", "first")?)?,
+            overlap: overlap(&self.text("overlap", "first")?)?,
+            averaging: match self.flag("linear_light")? {
+                true => Averaging::Light,
+                false => Averaging::Encoded,
+            },
+            content,
+            encoding: chosen("encoding", &self.text("encoding", "srgb")?, &encodings)?,
+            blend: None,
+        };
+        settings.blend = self.blend(py, &settings, gutter, threads)?;
+        let size = self.get("size")?.map(|size| arguments::size("size", &size)).transpose()?;
+        let pair = pair.clone().unbind();
+        Ok(Graft { settings, size, threads, kept: Mutex::default(), pair, options })
+    }
+
+    /// The blend, if a region or an option asks for one.
+    fn blend(
+        &self,
+        py: Python<'py>,
+        settings: &Settings,
+        gutter: u32,
+        threads: Option<usize>,
+    ) -> PyResult<Option<Arc<Blend>>> {
+        let region = self.get("region")?;
+        let feather: Option<f64> = self.get("feather")?.map(|value| value.extract()).transpose()?;
+        let is_feathered = feather.is_some();
+        let mode = self.text("blend", if is_feathered { "feather" } else { "none" })?;
+        chosen("blend", &mode, &[("none", ()), ("feather", ()), ("membrane", ())])?;
+        let is_matched = self.flag("match_skin")?;
+        if region.is_none() && mode == "none" && !is_matched {
+            for name in ["tone", "keep_all", "skin", "labels", "feather"] {
+                if self.get(name)?.is_some() {
+                    return Err(bad_value(format_args!("{name} needs blend=\"membrane\"")));
+                }
+            }
+            return Ok(None);
+        }
+        let default = if mode == "none" { 0.0 } else { FEATHER_M };
+        let feather = feather.unwrap_or(default);
+        if !(0.0..=1e9).contains(&feather) {
+            return Err(bad_value(format_args!("feather must not be negative, got {feather}")));
+        }
+        let tone = tone(&self.text("tone", "base")?)?;
+        let mut options = BlendOptions::default().feather(feather).gutter_px(gutter);
+        if let Some(tone) = tone {
+            options = options.tone(tone);
+            options = if mode == "membrane" { options.membrane() } else { options };
+            options = if is_matched { options.match_skin() } else { options };
+        }
+        options = if self.flag("keep_all")? { options.keep_all() } else { options };
+        let skin = self.get("skin")?.map(|skin| texture(&skin, "skin", Encoding::Data));
+        let skin = skin.transpose()?;
+        let labels = self.get("labels")?.map(|labels| texture(&labels, "labels", Encoding::Srgb));
+        let labels = labels.transpose()?;
+        let (pair, direction) = (Arc::clone(&settings.pair), settings.direction);
+        let domain = threads::run(py, threads, move || BlendDomain::new(pair, direction))?;
+        let selected = match &region {
+            Some(region) => selection(&domain, region)?,
+            None => domain.linked(),
+        };
+        threads::run(py, threads, move || -> PyResult<_> {
+            let mut blend = Blend::new(&selected, options).map_err(failed)?;
+            if let Some(skin) = skin {
+                blend = blend.with_skin(skin.texture);
+            }
+            if let Some(labels) = labels {
+                blend = blend.with_labels(Labels::from_picture(&labels.texture).map_err(failed)?);
+            }
+            Ok(Some(Arc::new(blend)))
+        })?
+    }
+}

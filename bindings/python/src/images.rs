@@ -1,0 +1,53 @@
+//! Image files from and to arrays.
+
+use std::path::PathBuf;
+
+use pyo3::prelude::*;
+use uvgraft::Encoding;
+use uvgraft_io::image::{self, WriteError, WriteOptions};
+
+use crate::arrays::{array, texture};
+use crate::error::{failed, of_file, of_reading};
+
+/// Reads an image file.
+#[pyfunction]
+pub(crate) fn read_image(py: Python<'_>, path: PathBuf) -> PyResult<Bound<'_, PyAny>> {
+    let read = py.detach(|| image::read(&path)).map_err(of_reading)?;
+    array(py, read.texture, false)
+}
+
+/// Writes an image file, whole or not at all.
+#[pyfunction]
+#[pyo3(signature = (path, image, *, encoding="srgb", compress=false, quality=95))]
+pub(crate) fn write_image(
+    py: Python<'_>,
+    path: PathBuf,
+    image: &Bound<'_, PyAny>,
+    encoding: &str,
+    compress: bool,
+    quality: u8,
+) -> PyResult<()> {
+    let encodings =
+        [("srgb", Encoding::Srgb), ("linear", Encoding::Linear), ("data", Encoding::Data)];
+    let encoding = crate::arguments::chosen("encoding", encoding, &encodings)?;
+    if !(1..=100).contains(&quality) {
+        return Err(crate::error::bad_value(format_args!(
+            "quality must be from 1 to 100, got {quality}"
+        )));
+    }
+    let texture = texture(image, "image", encoding)?.texture;
+    let options = WriteOptions::default().compress(compress).jpeg_quality(quality);
+    let written = py.detach(|| image::write(&texture.into(), &path, &options));
+    let written = written.map_err(|error| match error {
+        WriteError::Encode { reason: image::EncodeError::Io(reason), .. } => {
+            of_file(&reason, &path)
+        }
+        error => failed(error),
+    })?;
+    for loss in written.losses {
+        let text = std::ffi::CString::new(format!("{}: {loss}", path.display())).map_err(failed)?;
+        let category = py.get_type::<pyo3::exceptions::PyUserWarning>();
+        PyErr::warn(py, &category, &text, 1)?;
+    }
+    Ok(())
+}

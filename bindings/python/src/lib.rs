@@ -1,0 +1,54 @@
+//! The compiled part of the Python package `uvgraft`.
+//!
+//! It converts arguments and results, and leaves the work to the crates. Docstrings and types are in
+//! the package's stub, `uvgraft/_uvgraft.pyi`.
+
+// Extension modules are loaded by the interpreter, which only knows Python's documentation.
+#![allow(missing_docs, reason = "what Python users read is in the package")]
+
+mod arguments;
+mod arrays;
+mod base;
+mod command;
+mod error;
+mod graft;
+mod images;
+mod map;
+mod mesh;
+mod operator;
+mod pair;
+mod region;
+mod threads;
+
+use pyo3::prelude::*;
+
+/// Sets the number of threads of calls that name none; 0 is one for each processor.
+#[pyfunction]
+fn set_threads(py: Python<'_>, threads: i64) -> PyResult<()> {
+    threads::set_default(py, threads::checked(Some(threads))?.unwrap_or(0));
+    Ok(())
+}
+
+/// The number of threads of calls that name none.
+#[pyfunction]
+fn get_threads(py: Python<'_>) -> usize {
+    threads::default(py)
+}
+
+#[pymodule]
+fn _uvgraft(module: &Bound<'_, PyModule>) -> PyResult<()> {
+    let py = module.py();
+    module.add("__version__", env!("CARGO_PKG_VERSION"))?;
+    module.add("Error", py.get_type::<error::Error>())?;
+    module.add_class::<mesh::Mesh>()?;
+    module.add_class::<pair::Pair>()?;
+    module.add_class::<graft::Graft>()?;
+    module.add_class::<map::SamplingMap>()?;
+    module.add_class::<operator::Operator>()?;
+    module.add_function(wrap_pyfunction!(images::read_image, module)?)?;
+    module.add_function(wrap_pyfunction!(images::write_image, module)?)?;
+    module.add_function(wrap_pyfunction!(set_threads, module)?)?;
+    module.add_function(wrap_pyfunction!(get_threads, module)?)?;
+    module.add_function(wrap_pyfunction!(command::run_command, module)?)?;
+    Ok(())
+}

@@ -1,0 +1,119 @@
+//! Meshes.
+
+use std::path::PathBuf;
+use std::sync::Arc;
+
+use pyo3::prelude::*;
+use pyo3::types::PyTuple;
+use uvgraft::Mesh as CoreMesh;
+use uvgraft_cli::mesh_file;
+
+use crate::arguments::chosen;
+use crate::arrays::{rows, shaped};
+use crate::error::{bad_value, failed, of_any_file};
+
+/// A triangle mesh with a UV layout.
+#[pyclass(frozen, module = "uvgraft", name = "Mesh")]
+pub(crate) struct Mesh {
+    pub(crate) mesh: Arc<CoreMesh>,
+    pub(crate) name: String,
+}
+
+#[pymethods]
+impl Mesh {
+    #[new]
+    #[pyo3(signature = (positions, faces, uv, uv_faces=None, *, uv_origin, name="mesh".to_owned()))]
+    fn new(
+        positions: &Bound<'_, PyAny>,
+        faces: &Bound<'_, PyAny>,
+        uv: &Bound<'_, PyAny>,
+        uv_faces: Option<&Bound<'_, PyAny>>,
+        uv_origin: &str,
+        name: String,
+    ) -> PyResult<Self> {
+        let is_v_up =
+            chosen("uv_origin", uv_origin, &[("top-left", false), ("bottom-left", true)])?;
+        let positions = rows::<f32, 3>(positions, "positions", "float32")?;
+        let mut uv = rows::<f32, 2>(uv, "uv", "float32")?;
+        if is_v_up {
+            uv.iter_mut().for_each(|[_, v]| *v = 1.0 - *v);
+        }
+        let faces = indices(&rows::<i64, 3>(faces, "faces", "int64")?, "faces")?;
+        let uv_faces = match uv_faces {
+            Some(given) => indices(&rows::<i64, 3>(given, "uv_faces", "int64")?, "uv_faces")?,
+            None => faces.clone(),
+        };
+        let mesh = CoreMesh::from_triangles(positions, uv, &faces, &uv_faces).map_err(failed)?;
+        Ok(Self { mesh: Arc::new(mesh), name })
+    }
+
+    #[staticmethod]
+    fn load(py: Python<'_>, path: PathBuf) -> PyResult<Self> {
+        let loaded = py
+            .detach(|| mesh_file::read(&path))
+            .map_err(|error| of_any_file(&error, &path))?;
+        Ok(Self { mesh: Arc::new(loaded.mesh), name: loaded.name })
+    }
+
+    #[getter]
+    fn name(&self) -> &str {
+        &self.name
+    }
+
+    #[getter]
+    fn positions<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
+        let values = self.mesh.positions();
+        shaped(py, values.as_flattened().to_vec(), vec![values.len(), 3])
+    }
+
+    #[getter]
+    fn uv<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
+        let values = self.mesh.uv();
+        shaped(py, values.as_flattened().to_vec(), vec![values.len(), 2])
+    }
+
+    #[getter]
+    fn faces<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
+        let values = self.mesh.faces();
+        shaped(py, values.as_flattened().to_vec(), vec![values.len(), 3])
+    }
+
+    #[getter]
+    fn uv_faces<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
+        let values = self.mesh.uv_faces();
+        shaped(py, values.as_flattened().to_vec(), vec![values.len(), 3])
+    }
+
+    fn __repr__(&self) -> String {
+        let mesh = &self.mesh;
+        format!(
+            "<uvgraft.Mesh {:?}: {} vertices, {} triangles>",
+            self.name,
+            mesh.positions().len(),
+            mesh.faces().len()
+        )
+    }
+
+    fn __reduce__<'py>(slf: &Bound<'py, Self>) -> PyResult<Bound<'py, PyTuple>> {
+        let py = slf.py();
+        let mesh = slf.get();
+        let made_of = (
+            mesh.positions(py)?,
+            mesh.faces(py)?,
+            mesh.uv(py)?,
+            mesh.uv_faces(py)?,
+            mesh.name.as_str(),
+        );
+        let remake = py.import("uvgraft._pickling")?.getattr("mesh")?;
+        (remake, made_of).into_pyobject(py)
+    }
+}
+
+/// Indices that are not negative.
+fn indices(rows: &[[i64; 3]], what: &str) -> PyResult<Vec<[u32; 3]>> {
+    let index = |value: i64| {
+        u32::try_from(value)
+            .map_err(|_| bad_value(format_args!("{what}: {value} is not an index")))
+    };
+    rows.iter().map(|&[a, b, c]| Ok([index(a)?, index(b)?, index(c)?])).collect()
+}

@@ -1,0 +1,230 @@
+//! Pairs of meshes whose surfaces correspond.
+
+use std::path::PathBuf;
+use std::sync::Arc;
+
+use pyo3::prelude::*;
+use pyo3::types::{PyBytes, PyTuple};
+use uvgraft::correspond::surface::Align;
+use uvgraft::correspond::{self, By, FindOptions, Method};
+use uvgraft::{LinkError, Mesh as CoreMesh, Pair as CorePair};
+use uvgraft_cli::mesh_file;
+use uvgraft_io::pair_file::{self, PairFile};
+use uvgraft_io::vertex_map;
+
+use crate::arguments::chosen;
+use crate::arrays::{numbers, rows};
+use crate::error::{bad_type, bad_value, failed, of_any_file, of_file, of_reading};
+use crate::mesh::Mesh;
+use crate::threads;
+
+/// Two meshes and the parts of their triangles that correspond.
+#[pyclass(frozen, module = "uvgraft", name = "Pair")]
+pub(crate) struct Pair {
+    pub(crate) file: PairFile,
+    method: Option<String>,
+}
+
+impl Pair {
+    fn of_file(file: PairFile) -> Self {
+        Self { file, method: None }
+    }
+}
+
+#[pymethods]
+impl Pair {
+    #[new]
+    #[pyo3(signature = (
+        source, target, *, vertex_map=None, by="auto", align="similarity", landmarks=None,
+        reach=None, visibility=None, note=None, threads=None
+    ))]
+    fn new(
+        py: Python<'_>,
+        source: &Bound<'_, PyAny>,
+        target: &Bound<'_, PyAny>,
+        vertex_map: Option<&Bound<'_, PyAny>>,
+        by: &str,
+        align: &str,
+        landmarks: Option<&Bound<'_, PyAny>>,
+        reach: Option<f64>,
+        visibility: Option<f64>,
+        note: Option<String>,
+        threads: Option<i64>,
+    ) -> PyResult<Self> {
+        let (source, source_name) = mesh(source, "source")?;
+        let (target, target_name) = mesh(target, "target")?;
+        let ids = vertex_map.map(read_vertex_map).transpose()?;
+        if ids.is_some() && !["auto", "vertex-map"].contains(&by) {
+            return Err(bad_value(format_args!(
+                "vertex_map is used only with by=\"vertex-map\" or \"auto\", got {by:?}"
+            )));
+        }
+        let mut options = FindOptions::default();
+        options.by = if ids.is_some() { By::Any } else { method_of(by)? };
+        let aligns =
+            [("none", Align::None), ("rigid", Align::Rigid), ("similarity", Align::Similarity)];
+        options.surface.align = chosen("align", align, &aligns)?;
+        for (name, given, option) in [
+            ("reach", reach, &mut options.surface.reach),
+            ("visibility", visibility, &mut options.surface.visibility),
+        ] {
+            match given {
+                Some(value) if (0.0..=1.0).contains(&value) => *option = value,
+                Some(value) => {
+                    return Err(bad_value(format_args!("{name} must be from 0 to 1, got {value}")));
+                }
+                None => {}
+            }
+        }
+        if let Some(given) = landmarks {
+            options.surface.landmarks = read_landmarks(given)?;
+        }
+        let note = note.unwrap_or_else(|| {
+            format!("made from {source_name} and {target_name}, whose licences hold for this pair too")
+        });
+        let threads = threads::checked(threads)?;
+        let (pair, method) = threads::run(py, threads, move || match ids {
+            Some(ids) => CorePair::by_vertex_map(source, target, &ids)
+                .map(|pair| (pair, "vertex-map".to_owned()))
+                .map_err(of_linking),
+            None => correspond::find(source, target, &options)
+                .map(|found| (found.pair, name_of(found.method)))
+                .map_err(failed),
+        })??;
+        let pair = Arc::new(pair);
+        let file = PairFile { pair, source_name, target_name, note };
+        Ok(Self { file, method: Some(method) })
+    }
+
+    #[staticmethod]
+    fn load(py: Python<'_>, path: PathBuf) -> PyResult<Self> {
+        py.detach(|| pair_file::read(&path)).map(Self::of_file).map_err(of_reading)
+    }
+
+    #[staticmethod]
+    fn from_bytes(py: Python<'_>, data: &[u8]) -> PyResult<Self> {
+        py.detach(|| pair_file::decode(data)).map(Self::of_file).map_err(failed)
+    }
+
+    fn save(&self, py: Python<'_>, path: PathBuf) -> PyResult<()> {
+        py.detach(|| pair_file::write(&self.file, &path)).map_err(|reason| of_file(&reason, &path))
+    }
+
+    fn to_bytes<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyBytes>> {
+        let bytes = py.detach(|| pair_file::encode(&self.file)).map_err(failed)?;
+        Ok(PyBytes::new(py, &bytes))
+    }
+
+    #[getter]
+    fn source(&self) -> Mesh {
+        Mesh {
+            mesh: Arc::new(self.file.pair.source().clone()),
+            name: self.file.source_name.clone(),
+        }
+    }
+
+    #[getter]
+    fn target(&self) -> Mesh {
+        Mesh {
+            mesh: Arc::new(self.file.pair.target().clone()),
+            name: self.file.target_name.clone(),
+        }
+    }
+
+    #[getter]
+    fn note(&self) -> &str {
+        &self.file.note
+    }
+
+    #[getter]
+    fn method(&self) -> Option<&str> {
+        self.method.as_deref()
+    }
+
+    #[getter]
+    fn piece_count(&self) -> usize {
+        self.file.pair.piece_count()
+    }
+
+    fn __eq__(&self, other: &Self) -> bool {
+        self.file == other.file
+    }
+
+    fn __hash__(&self) -> usize {
+        // Pairs that are equal have as many pieces.
+        self.file.pair.piece_count()
+    }
+
+    fn __repr__(&self) -> String {
+        let PairFile { pair, source_name, target_name, .. } = &self.file;
+        let pieces = pair.piece_count();
+        format!("<uvgraft.Pair {source_name:?} to {target_name:?}: {pieces} pieces>")
+    }
+
+    fn __reduce__<'py>(slf: &Bound<'py, Self>) -> PyResult<Bound<'py, PyTuple>> {
+        let py = slf.py();
+        let remake = slf.get_type().getattr("from_bytes")?;
+        (remake, (slf.get().to_bytes(py)?,)).into_pyobject(py)
+    }
+}
+
+/// A mesh from an object or a path, and its name.
+fn mesh(given: &Bound<'_, PyAny>, what: &str) -> PyResult<(CoreMesh, String)> {
+    if let Ok(mesh) = given.cast::<Mesh>() {
+        let mesh = mesh.get();
+        return Ok((CoreMesh::clone(&mesh.mesh), mesh.name.clone()));
+    }
+    let Ok(path) = given.extract::<PathBuf>() else {
+        let found = given.get_type().name()?.to_string();
+        return Err(bad_type(format_args!("{what} must be a Mesh or a path, got {found}")));
+    };
+    let read = given.py().detach(|| mesh_file::read(&path));
+    read.map(|loaded| (loaded.mesh, loaded.name)).map_err(|error| of_any_file(&error, &path))
+}
+
+fn read_vertex_map(given: &Bound<'_, PyAny>) -> PyResult<Vec<i64>> {
+    if let Ok(path) = given.extract::<PathBuf>() {
+        return vertex_map::read(&path).map_err(of_reading);
+    }
+    let (shape, ids) = numbers::<i64>(given, "vertex_map", "int64")?;
+    if shape.len() == 1 {
+        return Ok(ids);
+    }
+    Err(bad_value(format_args!("vertex_map must have shape (vertices,), got {shape:?}")))
+}
+
+fn read_landmarks(given: &Bound<'_, PyAny>) -> PyResult<Vec<[u32; 2]>> {
+    let index = |value: i64| {
+        u32::try_from(value)
+            .map_err(|_| bad_value(format_args!("landmarks: {value} is not a vertex index")))
+    };
+    let pairs = rows::<i64, 2>(given, "landmarks", "int64")?;
+    pairs.into_iter().map(|[from, to]| Ok([index(from)?, index(to)?])).collect()
+}
+
+fn method_of(by: &str) -> PyResult<By> {
+    if by == "vertex-map" {
+        return Err(bad_value("by=\"vertex-map\" needs vertex_map"));
+    }
+    let choices = [
+        ("auto", By::Any),
+        ("faces", By::Faces),
+        ("topology", By::Topology),
+        ("surface", By::Surface),
+    ];
+    chosen("by", by, &choices)
+}
+
+fn name_of(method: Method) -> String {
+    match method {
+        Method::Faces(_) => "faces",
+        Method::Topology { .. } => "topology",
+        Method::Surface(_) => "surface",
+        _ => "other",
+    }
+    .to_owned()
+}
+
+fn of_linking(error: LinkError) -> PyErr {
+    failed(error)
+}

@@ -1,0 +1,50 @@
+"""Transfers textures between meshes with different UV layouts.
+
+The main steps::
+
+    import uvgraft
+
+    pair = uvgraft.Pair("head.obj", "body.obj", vertex_map="ids.npy")
+    graft = uvgraft.Graft(pair, blend="membrane")
+    body = graft.apply("face.png", "body.png")  # for any number of faces, from any thread
+    uvgraft.write_image("body_with_face.png", body)
+
+Textures are NumPy arrays of shape ``(height, width)`` or ``(height, width, channels)`` with 1 to 4
+channels (grey, grey and alpha, RGB, RGBA; alpha is not premultiplied), row 0 at the top, with dtype
+``uint8`` (0 to 255), ``uint16`` (0 to 65535) or ``float32`` (1.0 is white). Wherever a texture is
+read, a PIL image or the path of an image file will do as well. Sizes are one side in texels, or
+``(height, width)`` as in an array's shape. The interpreter's lock is released while uvgraft works.
+"""
+
+from uvgraft._region import Region
+from uvgraft._results import Fit, Tone
+from uvgraft._uvgraft import (
+    Error,
+    Graft,
+    Mesh,
+    Operator,
+    Pair,
+    SamplingMap,
+    __version__,
+    get_threads,
+    read_image,
+    set_threads,
+    write_image,
+)
+
+__all__ = [
+    "Error",
+    "Fit",
+    "Graft",
+    "Mesh",
+    "Operator",
+    "Pair",
+    "Region",
+    "SamplingMap",
+    "Tone",
+    "__version__",
+    "get_threads",
+    "read_image",
+    "set_threads",
+    "write_image",
+]

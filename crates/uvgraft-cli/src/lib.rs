@@ -1,0 +1,141 @@
+//! The command `uvgraft`, as a library: the binary and the Python package run it with [`run`].
+//!
+//! Exit codes: 0 for success, 1 for a failure during the work, 2 for bad input or usage, 130 if
+//! interrupted (Ctrl-C, SIGTERM, SIGHUP). Results and reports go to standard output; errors,
+//! warnings and progress to standard error.
+
+#![forbid(unsafe_code)]
+
+mod avatar;
+mod bench;
+mod blending;
+mod body;
+mod compare;
+mod completions;
+mod demo;
+mod failure;
+mod filters;
+mod fitting;
+mod heading;
+mod heatmap;
+#[cfg(test)]
+mod help_tests;
+mod inspect;
+mod interruption;
+mod layouts;
+mod man;
+mod map;
+pub mod mesh_file;
+mod number;
+mod opacity;
+mod pair;
+mod picture;
+mod preference;
+mod preview;
+mod progress;
+mod recognition;
+mod region;
+mod render;
+mod report;
+mod role_file;
+mod roundtrip;
+mod scores;
+mod seams;
+mod selfie;
+mod table;
+mod transfer;
+mod view;
+mod weights;
+
+use std::ffi::OsString;
+use std::process::ExitCode;
+
+use clap::{ArgAction, Parser, Subcommand};
+
+/// Transfer textures between meshes with different UV layouts
+///
+/// Link two meshes once with `uvgraft pair`, then transfer any number of textures between them with
+/// `uvgraft transfer`, or build an animated avatar with `uvgraft avatar`. `uvgraft demo` runs the
+/// whole workflow on a built-in example.
+#[derive(Parser)]
+#[command(name = "uvgraft", version, propagate_version = true, max_term_width = 100)]
+#[command(disable_help_flag = true, disable_version_flag = true, after_long_help = EXIT_STATUS)]
+struct Cli {
+    #[command(subcommand)]
+    command: Command,
+    /// Number of threads, 0 for one per processor
+    #[arg(long, global = true, default_value_t = 0, value_name = "N", help_heading = heading::GLOBAL)]
+    #[arg(value_parser = number::whole_number::<u16>(0..=1024), allow_negative_numbers = true)]
+    threads: u16,
+    /// Print help: a summary with -h, details with --help
+    #[arg(short, long, global = true, action = ArgAction::Help, help_heading = heading::GLOBAL)]
+    help: Option<bool>,
+    /// Print version
+    #[arg(short = 'V', long, global = true, action = ArgAction::Version, help_heading = heading::GLOBAL)]
+    version: Option<bool>,
+}
+
+const EXIT_STATUS: &str = "\
+Exit status: 0 on success, 1 on failure, 2 on invalid input or usage, 130 if interrupted.";
+
+/// In typical order of use.
+#[derive(Subcommand)]
+enum Command {
+    Demo(demo::Args),
+    Layouts(layouts::Args),
+    Pair(pair::Args),
+    Inspect(inspect::Args),
+    Transfer(Box<transfer::Args>),
+    Seams(seams::Args),
+    Roundtrip(roundtrip::Args),
+    Compare(compare::Args),
+    Map(map::Args),
+    Body(body::Args),
+    Selfie(Box<selfie::Args>),
+    Avatar(Box<avatar::Args>),
+    Render(Box<render::Args>),
+    View(view::Args),
+    Bench(bench::Args),
+    Weights(weights::Args),
+    Completions(completions::Args),
+    Man(man::Args),
+}
+
+/// Runs the command with the arguments of a process, of which the first is the program's name.
+///
+/// To be called once in a process, which it takes over: it handles signals, prints, and ends the
+/// process itself after a usage error or an interruption.
+pub fn run(arguments: impl IntoIterator<Item = OsString>) -> ExitCode {
+    let cli = Cli::parse_from(arguments);
+    interruption::handle();
+    let code = match dispatch(&cli) {
+        Ok(code) => code,
+        Err(error) => failure::report(&error),
+    };
+    interruption::wait_if_interrupted();
+    code
+}
+
+fn dispatch(cli: &Cli) -> anyhow::Result<ExitCode> {
+    rayon::ThreadPoolBuilder::new().num_threads(usize::from(cli.threads)).build_global()?;
+    match &cli.command {
+        Command::Demo(args) => demo::run(args),
+        Command::Layouts(args) => layouts::run(args),
+        Command::Pair(args) => pair::run(args),
+        Command::Inspect(args) => inspect::run(args),
+        Command::Transfer(args) => transfer::run(args),
+        Command::Seams(args) => seams::run(args),
+        Command::Roundtrip(args) => roundtrip::run(args),
+        Command::Compare(args) => compare::run(args),
+        Command::Map(args) => map::run(args),
+        Command::Body(args) => body::run(args),
+        Command::Selfie(args) => selfie::run(args),
+        Command::Avatar(args) => avatar::run(args),
+        Command::Render(args) => render::run(args),
+        Command::View(args) => view::run(args),
+        Command::Bench(args) => bench::run(args),
+        Command::Weights(args) => weights::run(args),
+        Command::Completions(args) => completions::run(args),
+        Command::Man(args) => man::run(args),
+    }
+}
