@@ -11,6 +11,7 @@ mod arrays;
 mod base;
 mod command;
 mod error;
+mod file_transfer;
 mod graft;
 mod images;
 mod map;
@@ -45,6 +46,7 @@ fn _uvgraft(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add_class::<graft::Graft>()?;
     module.add_class::<map::SamplingMap>()?;
     module.add_class::<operator::Operator>()?;
+    module.add_class::<file_transfer::Prepared>()?;
     module.add_function(wrap_pyfunction!(images::read_image, module)?)?;
     module.add_function(wrap_pyfunction!(images::write_image, module)?)?;
     module.add_function(wrap_pyfunction!(set_threads, module)?)?;

@@ -116,6 +116,26 @@ pub fn run(arguments: impl IntoIterator<Item = OsString>) -> ExitCode {
     code
 }
 
+/// The transfer that arguments of `uvgraft transfer` describe, without the command's own name.
+///
+/// # Errors
+/// For arguments that the command would refuse, with its message.
+pub fn parse_transfer(
+    arguments: impl IntoIterator<Item = OsString>,
+) -> anyhow::Result<uvgraft_pipeline::Transfer> {
+    let command = ["uvgraft", "transfer"].map(OsString::from);
+    let cli = Cli::try_parse_from(command.into_iter().chain(arguments)).map_err(|error| {
+        let text = error.render().to_string();
+        let what = text.split("\n\nUsage:").next().unwrap_or(&text);
+        let what = what.split("\n\nFor more information").next().unwrap_or(what);
+        failure::bad_input(what.trim().trim_start_matches("error: "))
+    })?;
+    match cli.command {
+        Command::Transfer(args) => args.checked_transfer(),
+        _ => Err(failure::bad_input("the arguments must be those of a transfer")),
+    }
+}
+
 fn dispatch(cli: &Cli) -> anyhow::Result<ExitCode> {
     rayon::ThreadPoolBuilder::new().num_threads(usize::from(cli.threads)).build_global()?;
     match &cli.command {

@@ -206,8 +206,7 @@ fn parse_format(text: &str) -> Result<String, String> {
 }
 
 pub(crate) fn run(args: &Args) -> anyhow::Result<ExitCode> {
-    args.blending.check()?;
-    let done = args.transfer()?.run(&Progress::new())?;
+    let done = args.checked_transfer()?.run(&Progress::new())?;
     if let (Some(path), Some(blend), Some(file)) = (&args.blending.preview, &done.blend, &done.pair)
         && (done.written > 0 || done.failures.is_empty())
     {
@@ -217,6 +216,12 @@ pub(crate) fn run(args: &Args) -> anyhow::Result<ExitCode> {
 }
 
 impl Args {
+    /// The transfer that the options describe, if none of them conflict.
+    pub(crate) fn checked_transfer(&self) -> anyhow::Result<Transfer> {
+        self.blending.check()?;
+        self.transfer()
+    }
+
     /// The transfer that the options describe.
     fn transfer(&self) -> anyhow::Result<Transfer> {
         let correspondence = self.correspondence()?;
