@@ -8,28 +8,30 @@ use uvgraft::{Averaging, Depth, Encoding, TexelFormat};
 use uvgraft_io::image;
 
 use crate::base::bytes_of;
+use crate::carry::Outcome;
 use crate::failure::{Blame, Failure, Fault, Result};
-use crate::manifest::Manifest;
 use crate::observer::{Event, Observer};
 use crate::plan::Job;
+use crate::records::Records;
+use crate::shared::Shared;
 use crate::transfer::Transferred;
-use crate::worker::{Outcome, TransferWorker};
+use crate::worker::TransferWorker;
 
 /// Processes all textures. Messages are reported in the order of the textures.
 pub(crate) fn run(
     worker: &TransferWorker<'_>,
     jobs: &[Job],
-    manifest: Option<&Manifest<'_>>,
+    records: Option<&Records>,
 ) -> Result<Transferred> {
     let threads = rayon::current_num_threads();
     let at_once = worker.transfer.jobs.map_or(threads, usize::from).min(jobs.len());
-    let mut report = Report::new(jobs, manifest, worker.observer);
+    let mut report = Report::new(jobs, records, worker.observer);
     if at_once <= 1 {
         for (index, job) in jobs.iter().enumerate() {
             if worker.observer.is_cancelled() {
                 break;
             }
-            let made_from = manifest.and_then(|manifest| manifest.made_from(job));
+            let made_from = records.and_then(|records| records.made_from(job));
             report.begin(job);
             report.add(index, worker.carry(job, true), made_from);
         }
@@ -37,7 +39,8 @@ pub(crate) fn run(
     }
 
     // At least one byte remains: a single texture is always processed.
-    let memory = Memory::new(worker.transfer.memory.saturating_sub(worker.base.bytes()).max(1));
+    let memory =
+        Memory::new(worker.transfer.memory.saturating_sub(worker.shared.base.bytes()).max(1));
     let next = Mutex::new(0);
     let report = Mutex::new(report);
     let work = || -> Result<()> {
@@ -60,7 +63,7 @@ pub(crate) fn run(
             // Waiting for memory blocks the other threads, so that large textures get their turn.
             let reserved = memory.take(bytes_needed(job, worker));
             drop(next);
-            let made_from = manifest.and_then(|manifest| manifest.made_from(job));
+            let made_from = records.and_then(|records| records.made_from(job));
             lock(&report).begin(job);
             let outcome = pool.install(|| worker.carry(job, false));
             drop(reserved);
@@ -82,7 +85,7 @@ pub(crate) fn run(
 fn bytes_needed(job: &Job, worker: &TransferWorker<'_>) -> u64 {
     /// Bands of rows, and the queue to the encoder.
     const BANDS: u64 = 24 << 20;
-    let (transfer, base) = (worker.transfer, worker.base);
+    let Shared { options, base, .. } = worker.shared;
     // A pipe can be read only once.
     if !job.source.metadata().is_ok_and(|found| found.is_file()) {
         return BANDS;
@@ -90,7 +93,7 @@ fn bytes_needed(job: &Job, worker: &TransferWorker<'_>) -> u64 {
     let Ok(header) = image::read_header(&job.source) else { return BANDS };
     let target = base.size().texels() as u64;
     let depth = base.depth().unwrap_or(header.depth).max(header.depth);
-    let value = if depth > Depth::U8 || transfer.averaging == Averaging::Light { 4 } else { 1 };
+    let value = if depth > Depth::U8 || options.averaging == Averaging::Light { 4 } else { 1 };
     let format =
         TexelFormat { channels: header.channels, depth: header.depth, encoding: Encoding::Srgb };
     // Once as decoded and once as processed: with the channels of both, as floats if the formats
@@ -99,7 +102,7 @@ fn bytes_needed(job: &Job, worker: &TransferWorker<'_>) -> u64 {
     // The solver keeps at most five float textures on either side; formats other than PNG are
     // collected before encoding.
     let values = header.size.texels() as u64 + target;
-    let fit = if transfer.fit.is_some() { values * 4 * 4 * 5 } else { 0 };
+    let fit = if options.fit.is_some() { values * 4 * 4 * 5 } else { 0 };
     let is_png = image::Format::from_path(&job.output) == Some(image::Format::Png);
     let gathered = if is_png { 0 } else { 2 * target * 4 * value };
     BANDS + source + fit + gathered
@@ -143,7 +146,7 @@ impl Drop for Reservation<'_> {
 /// Collects the outcomes of textures and reports them in order.
 struct Report<'a> {
     jobs: &'a [Job],
-    manifest: Option<&'a Manifest<'a>>,
+    records: Option<&'a Records>,
     observer: &'a dyn Observer,
     waiting: BTreeMap<usize, Outcome>,
     reported: usize,
@@ -151,14 +154,10 @@ struct Report<'a> {
 }
 
 impl<'a> Report<'a> {
-    fn new(
-        jobs: &'a [Job],
-        manifest: Option<&'a Manifest<'a>>,
-        observer: &'a dyn Observer,
-    ) -> Self {
+    fn new(jobs: &'a [Job], records: Option<&'a Records>, observer: &'a dyn Observer) -> Self {
         observer.event(Event::BatchStarted { textures: jobs.len() });
         let (waiting, done) = (BTreeMap::new(), Transferred::default());
-        Self { jobs, manifest, observer, waiting, reported: 0, done }
+        Self { jobs, records, observer, waiting, reported: 0, done }
     }
 
     fn begin(&self, job: &Job) {
@@ -167,9 +166,8 @@ impl<'a> Report<'a> {
 
     /// - `made_from`: fingerprint to record for a written output.
     fn add(&mut self, index: usize, mut outcome: Outcome, made_from: Option<String>) {
-        if let (Some(manifest), Some(made_from), Ok(_)) =
-            (self.manifest, made_from, &outcome.result)
-            && let Err(failure) = manifest.record(&self.jobs[index], made_from)
+        if let (Some(records), Some(made_from), Ok(_)) = (self.records, made_from, &outcome.result)
+            && let Err(failure) = records.record(&self.jobs[index], &made_from)
         {
             outcome.log.warnings.push(failure.to_string());
         }
@@ -181,7 +179,7 @@ impl<'a> Report<'a> {
             // A cancellation is reported once, at the end.
             let is_shown = !matches!(&result, Err(failure) if failure.fault() == Fault::Cancelled);
             if is_shown {
-                let result = result.as_ref().map(Option::as_ref);
+                let result = result.as_ref().map(|done| done.fit.as_ref());
                 let (notes, warnings) = (&log.notes[..], &log.warnings[..]);
                 self.observer.event(Event::TextureReport {
                     source,

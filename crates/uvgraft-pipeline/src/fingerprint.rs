@@ -35,11 +35,23 @@ impl Fingerprint {
         Ok(())
     }
 
+    /// The fingerprint as hexadecimal digits.
+    pub(crate) fn text(&self) -> String {
+        hex(&self.0.clone().finalize())
+    }
+
     /// The fingerprint with the content of one more file, as hexadecimal digits.
     pub(crate) fn with_file(&self, path: &Path) -> io::Result<String> {
         let mut fingerprint = self.clone();
         fingerprint.add_file(path)?;
-        Ok(hex(&fingerprint.0.finalize()))
+        Ok(fingerprint.text())
+    }
+
+    /// As [`Fingerprint::with_file`], for a file whose content is in memory.
+    pub(crate) fn with_bytes(&self, bytes: &[u8]) -> String {
+        let mut fingerprint = self.clone();
+        fingerprint.add(&hex(&Sha256::digest(bytes)));
+        fingerprint.text()
     }
 }
 
@@ -76,7 +88,7 @@ mod tests {
         let of = |texts: &[&str]| {
             let mut fingerprint = Fingerprint::new();
             texts.iter().for_each(|text| fingerprint.add(text));
-            hex(&fingerprint.0.finalize())
+            fingerprint.text()
         };
         assert_ne!(of(&["ab", "c"]), of(&["a", "bc"]));
         assert_ne!(of(&["ab"]), of(&["ab", ""]));

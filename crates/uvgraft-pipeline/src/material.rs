@@ -1,7 +1,5 @@
 //! Material maps: their roles, and how each role is processed.
 
-use std::path::Path;
-
 use uvgraft::{Content, Depth, Encoding, Filter, NormalOptions, TexelFormat};
 use uvgraft_io::image::Format;
 
@@ -124,9 +122,9 @@ impl Values {
         if self.is_data() { TexelFormat { encoding: Encoding::Data, ..format } } else { format }
     }
 
-    /// The bit depth used for processing a texture that is written to `output`.
-    pub(crate) fn depth(self, found: Depth, output: &Path) -> Depth {
-        let holds_floats = matches!(Format::from_path(output), Some(Format::Exr | Format::Tiff));
+    /// The bit depth used for processing a texture that is written in the given format.
+    pub(crate) fn depth(self, found: Depth, format: Option<Format>) -> Depth {
+        let holds_floats = matches!(format, Some(Format::Exr | Format::Tiff));
         if self == Self::Displacement && holds_floats { Depth::F32 } else { found }
     }
 }

@@ -23,18 +23,7 @@ impl Outputs {
     /// The reason, as the fault of the input.
     pub fn check(&mut self, output: &Path) -> Result<()> {
         let name = output.display();
-        if output.is_dir() {
-            return Err(Failure::input(format!(
-                "cannot write {name}: must be a file, but is a folder"
-            )));
-        }
-        // Renaming the output into place would replace a device or a pipe by a file.
-        if output.metadata().is_ok_and(|found| !found.is_file()) {
-            return Err(Failure::input(format!("cannot write {name}: not a regular file")));
-        }
-        if output.metadata().is_ok_and(|found| found.permissions().readonly()) {
-            return Err(Failure::input(format!("cannot write {name}: read-only file")));
-        }
+        check_replaceable(output)?;
         let resolved = resolve(output);
         if self.inputs.contains(&resolved) {
             return Err(Failure::input(format!(
@@ -51,6 +40,22 @@ impl Outputs {
         self.accepted.insert(resolved);
         Ok(())
     }
+}
+
+/// Checks that an existing output is a file that may be replaced.
+pub(crate) fn check_replaceable(output: &Path) -> Result<()> {
+    let Ok(found) = output.metadata() else { return Ok(()) };
+    let reason = if found.is_dir() {
+        "must be a file, but is a folder"
+    } else if !found.is_file() {
+        // Renaming the output into place would replace a device or a pipe by a file.
+        "not a regular file"
+    } else if found.permissions().readonly() {
+        "read-only file"
+    } else {
+        return Ok(());
+    };
+    Err(Failure::input(format!("cannot write {}: {reason}", output.display())))
 }
 
 /// Checks that a folder can be created.
@@ -77,12 +82,12 @@ fn can_write_into(folder: &Path) -> Result<()> {
         .map_err(|error| Failure::input(format!("folder {}: {}", folder.display(), error.kind())))
 }
 
-fn folder_of(path: &Path) -> &Path {
+pub(crate) fn folder_of(path: &Path) -> &Path {
     path.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."))
 }
 
 /// The canonical path, whether or not the file exists.
-fn resolve(path: &Path) -> PathBuf {
+pub(crate) fn resolve(path: &Path) -> PathBuf {
     if let Ok(resolved) = path.canonicalize() {
         return resolved;
     }

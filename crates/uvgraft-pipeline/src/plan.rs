@@ -1,12 +1,12 @@
 //! The plan of a transfer: which files it reads and writes.
 
-use std::collections::HashMap;
 use std::path::{Path, PathBuf};
 
 use uvgraft_io::image::Format;
 
 use crate::base_source::BaseSource;
 use crate::failure::{Blame, Failure, Result};
+use crate::manifest::name_within;
 use crate::material::Values;
 use crate::transfer::{Inputs, MaterialMap, Transfer};
 
@@ -30,15 +30,18 @@ pub(crate) struct Batch {
 pub(crate) struct Plan {
     pub(crate) batches: Vec<Batch>,
     pub(crate) new_folder: Option<PathBuf>,
+    /// The folder of the outputs, whether or not it is new.
+    pub(crate) folder: PathBuf,
 }
 
 impl Plan {
     pub(crate) fn new(transfer: &Transfer) -> Result<Self> {
         match &transfer.inputs {
             Inputs::Textures { sources, onto, values } => {
-                let (jobs, new_folder) = jobs_of_textures(transfer, sources)?;
+                let TextureJobs { jobs, folder, is_new } = TextureJobs::new(transfer, sources)?;
                 let batch = Batch { values: *values, onto: onto.clone(), jobs };
-                Ok(Self { batches: vec![batch], new_folder })
+                let new_folder = is_new.then(|| folder.clone());
+                Ok(Self { batches: vec![batch], new_folder, folder })
             }
             Inputs::Material(maps) => Self::of_maps(transfer, maps),
         }
@@ -82,25 +85,52 @@ impl Plan {
             let jobs = vec![Job { source: source.clone(), output }];
             batches.push(Batch { values: role.values(), onto: onto.clone(), jobs });
         }
-        Ok(Self { batches, new_folder: is_new.then(|| folder.to_path_buf()) })
+        let folder = folder.to_path_buf();
+        Ok(Self { batches, new_folder: is_new.then(|| folder.clone()), folder })
     }
 }
 
-/// One job for each texture, and the folder to create for them.
-fn jobs_of_textures(
-    transfer: &Transfer,
-    sources: &[PathBuf],
-) -> Result<(Vec<Job>, Option<PathBuf>)> {
-    let output = &*transfer.output;
-    for source in sources {
-        // A path without an image extension usually means a missing folder.
-        if Format::from_path(source).is_none() {
-            source.metadata().or_input().map_err(|failure| failure.context(source.display()))?;
+/// The jobs of textures with one base.
+struct TextureJobs {
+    jobs: Vec<Job>,
+    folder: PathBuf,
+    is_new: bool,
+}
+
+impl TextureJobs {
+    fn new(transfer: &Transfer, sources: &[PathBuf]) -> Result<Self> {
+        let output = &*transfer.output;
+        for source in sources {
+            // A path without an image extension usually means a missing folder.
+            if Format::from_path(source).is_none() {
+                source
+                    .metadata()
+                    .or_input()
+                    .map_err(|failure| failure.context(source.display()))?;
+            }
         }
+        let single = sources.len() == 1 && !sources[0].is_dir();
+        if single && !output.is_dir() && !says_folder(output) {
+            return Self::single(transfer, &sources[0]);
+        }
+        let is_new = is_new_folder(output, "several textures or a folder")?;
+        let mut jobs = Vec::new();
+        for source in sources {
+            if source.is_dir() {
+                for source in images_in(source)? {
+                    jobs.extend(job_in_folder(transfer, source)?);
+                }
+            } else {
+                jobs.extend(job_in_folder(transfer, source.clone())?);
+            }
+        }
+        check_distinct(&jobs)?;
+        Ok(Self { jobs, folder: output.to_path_buf(), is_new })
     }
-    let single = sources.len() == 1 && !sources[0].is_dir();
-    let says_folder = output.as_os_str().as_encoded_bytes().ends_with(b"/");
-    if single && !output.is_dir() && !says_folder {
+
+    /// A texture whose output is a file.
+    fn single(transfer: &Transfer, source: &Path) -> Result<Self> {
+        let output = &*transfer.output;
         let format = format_of(output)?;
         if let Some(name) = transfer.format.as_deref()
             && Format::from_extension(name) != Some(format)
@@ -110,52 +140,75 @@ fn jobs_of_textures(
                 "--format {name} contradicts the extension of the output {output}"
             )));
         }
-        let job = Job { source: sources[0].clone(), output: output.to_path_buf() };
-        return Ok((vec![job], None));
+        let job = Job { source: source.to_path_buf(), output: output.to_path_buf() };
+        let folder = output.parent().unwrap_or(Path::new("")).to_path_buf();
+        let is_wanted = is_in_shard(transfer, &folder, output);
+        Ok(Self { jobs: is_wanted.then_some(job).into_iter().collect(), folder, is_new: false })
     }
+}
+
+fn says_folder(output: &Path) -> bool {
+    output.as_os_str().as_encoded_bytes().ends_with(b"/")
+}
+
+/// Whether an output folder has to be created.
+///
+/// - `what`: makes the output a folder.
+fn is_new_folder(output: &Path, what: &str) -> Result<bool> {
     let is_new = !output.is_dir();
-    let says_file = Format::from_path(output).is_some() && !says_folder;
+    let says_file = Format::from_path(output).is_some() && !says_folder(output);
     if is_new && (output.exists() || says_file) {
+        let output = output.display();
         return Err(Failure::input(format!(
-            "with several textures or a folder, the output must be a folder, got {}",
+            "with {what}, the output must be a folder, got {output}"
+        )));
+    }
+    Ok(is_new)
+}
+
+/// The job of a texture whose output is named after it; `None` if it belongs to another shard.
+fn job_in_folder(transfer: &Transfer, source: PathBuf) -> Result<Option<Job>> {
+    let name = source.file_name().map(PathBuf::from).unwrap_or_default();
+    let name = match &transfer.format {
+        Some(format) => name.with_extension(format),
+        None => name,
+    };
+    let output = transfer.output.join(&name);
+    if Format::from_path(&name).is_none() {
+        return Err(Failure::input(format!(
+            "{}: cannot infer the format of the output {} from the file name; use --format, such \
+             as --format png",
+            source.display(),
             output.display()
         )));
     }
-    let mut paths = Vec::new();
-    for source in sources {
-        if source.is_dir() {
-            paths.extend(images_in(source)?);
-        } else {
-            paths.push(source.clone());
+    let is_wanted = is_in_shard(transfer, &transfer.output, &output);
+    Ok(is_wanted.then_some(Job { source, output }))
+}
+
+fn is_in_shard(transfer: &Transfer, folder: &Path, output: &Path) -> bool {
+    let Some(shard) = transfer.shard else { return true };
+    name_within(folder, output).is_some_and(|name| shard.has(&name))
+}
+
+/// Checks that no two textures have the same output. Those that do are in the same shard.
+fn check_distinct(jobs: &[Job]) -> Result<()> {
+    // Indices, since the paths of a million jobs take much memory.
+    let mut order: Vec<usize> = (0..jobs.len()).collect();
+    order.sort_by(|&a, &b| jobs[a].output.cmp(&jobs[b].output));
+    let same = order.windows(2).filter(|pair| jobs[pair[0]].output == jobs[pair[1]].output);
+    match same.min_by_key(|pair| pair[1]) {
+        None => Ok(()),
+        Some(pair) => {
+            let [a, b] = [pair[0], pair[1]].map(|index| &jobs[index]);
+            Err(Failure::input(format!(
+                "{} and {} have the same output {}",
+                a.source.display(),
+                b.source.display(),
+                a.output.display()
+            )))
         }
     }
-    let mut taken: HashMap<PathBuf, PathBuf> = HashMap::new();
-    let mut jobs = Vec::with_capacity(paths.len());
-    for source in paths {
-        let name = source.file_name().map(PathBuf::from).unwrap_or_default();
-        let name = match &transfer.format {
-            Some(format) => name.with_extension(format),
-            None => name,
-        };
-        let output = output.join(&name);
-        if Format::from_path(&name).is_none() {
-            return Err(Failure::input(format!(
-                "{}: cannot infer the format of the output {} from the file name; use --format, \
-                 such as --format png",
-                source.display(),
-                output.display()
-            )));
-        }
-        if let Some(other) = taken.insert(output.clone(), source.clone()) {
-            let (other, source) = (other.display(), source.display());
-            return Err(Failure::input(format!(
-                "{other} and {source} have the same output {}",
-                output.display()
-            )));
-        }
-        jobs.push(Job { source, output });
-    }
-    Ok((jobs, is_new.then(|| output.to_path_buf())))
 }
 
 /// The image files of a folder, recognised by extension and sorted. Hidden files are skipped: some

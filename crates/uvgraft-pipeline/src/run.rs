@@ -2,7 +2,7 @@
 
 use std::fs::Metadata;
 use std::path::{Path, PathBuf};
-use std::sync::{Arc, OnceLock};
+use std::sync::Arc;
 
 use rayon::prelude::*;
 use uvgraft::{Blend, BlendDomain, Filter, Overlap, Size, Tone};
@@ -12,18 +12,19 @@ use crate::base::{Base, BaseOrder};
 use crate::base_source::BaseSource;
 use crate::batch;
 use crate::blending::{Blending, KnownTexels};
+use crate::carry::{Analysis, losses, write_failure};
 use crate::failure::{Blame, Failure, Result};
-use crate::fingerprint::Fingerprint;
 use crate::link::Link;
 use crate::manifest::Manifest;
 use crate::material::Values;
 use crate::observer::{Event, Observer};
 use crate::outputs::{self, Outputs};
 use crate::plan::{Batch, Plan, format_of};
-use crate::region::RegionPart;
+use crate::records::Records;
+use crate::shared::{Grafts, Options, Shared};
 use crate::stream;
 use crate::transfer::{Existing, Inputs, Transfer, Transferred};
-use crate::worker::{FirstTexture, Grafts, TransferWorker, losses};
+use crate::worker::TransferWorker;
 
 impl Transfer {
     /// Runs the transfer.
@@ -40,13 +41,12 @@ impl Transfer {
         }
         let mut plan = Plan::new(self)?;
         self.check_outputs(&plan)?;
-        let fingerprints = self.fingerprints(&plan)?;
+        let records = self.records(&plan)?;
         let mut done = Transferred::default();
         let planned = plan.jobs().count();
-        let manifests = manifests(&plan, &fingerprints)?;
-        for (batch, manifest) in plan.batches.iter_mut().zip(&manifests) {
-            if let Some(manifest) = manifest {
-                let is_done = |job: &_| !observer.is_cancelled() && manifest.is_up_to_date(job);
+        for (batch, records) in plan.batches.iter_mut().zip(&records) {
+            if let Some(records) = records {
+                let is_done = |job: &_| !observer.is_cancelled() && records.is_up_to_date(job);
                 let is_done: Vec<bool> = batch.jobs.par_iter().map(is_done).collect();
                 let mut is_done = is_done.into_iter();
                 batch.jobs.retain(|_| !is_done.next().unwrap_or(false));
@@ -62,12 +62,13 @@ impl Transfer {
             return Ok(done);
         }
 
-        let link = Link::read(&self.correspondence)?;
+        let link = Arc::new(Link::read(&self.correspondence)?);
         let size = link.size(self.size)?;
         let known = KnownTexels::read(self.source_mask.as_deref(), self.fill.as_deref())?;
+        let known = Arc::new(known);
         // Decoding a base and preparing a blend take about the same time.
         let (blend, mut first_base) = rayon::join(
-            || self.blend(&link, &known, &plan, observer),
+            || self.blend(&link, &known, self.labelled_texture(&plan), observer),
             || plan.batches.first().map(|batch| self.base(batch, size)),
         );
         done.blend = blend?;
@@ -75,11 +76,13 @@ impl Transfer {
             self.write_labels(done.blend.as_deref(), path, observer)?;
         }
         if plan.batches.len() > 1 {
-            plan.batches.iter().try_for_each(|batch| self.base_order(batch, size).check())?;
+            plan.batches.iter().try_for_each(|batch| {
+                self.base_order(batch.onto.as_ref(), batch.values, size).check()
+            })?;
         }
         let mut mask = self.mask.as_deref();
         let mut narrowed = None;
-        for (batch, manifest) in plan.batches.iter().zip(&manifests) {
+        for (batch, records) in plan.batches.iter().zip(&records) {
             stream::check(observer)?;
             let base = first_base.take().unwrap_or_else(|| self.base(batch, size))?;
             if let Some(folder) = plan.new_folder.take() {
@@ -87,51 +90,54 @@ impl Transfer {
                     failure.context(format_args!("cannot create the folder {}", folder.display()))
                 })?;
             }
-            let worker = TransferWorker {
-                transfer: self,
-                values: batch.values,
-                link: &link,
-                base: &base,
-                blend: done.blend.as_ref(),
-                known: &known,
-                observer,
+            let shared = Shared {
+                options: Options::new(self, batch.values),
+                link: Arc::clone(&link),
+                base,
+                blend: done.blend.clone(),
+                known: Arc::clone(&known),
                 grafts: Grafts::default(),
-                first: (
-                    batch.jobs.first().map_or(Path::new(""), |job| &job.source),
-                    OnceLock::new(),
-                ),
             };
-            let carried = batch::run(&worker, &batch.jobs, manifest.as_ref())?;
+            let first = batch.jobs.first().map_or(Path::new(""), |job| &job.source);
+            let first = (first, Analysis::new(self.mask.is_some()));
+            let worker = TransferWorker { transfer: self, shared: &shared, observer, first };
+            let carried = batch::run(&worker, &batch.jobs, records.as_ref())?;
             if carried.written > 0 || left == 0 {
                 // The mask of the first texture transferred stands for all.
                 if let Some(path) = mask.take() {
-                    let mask = Image::from(worker.mask()?);
-                    for loss in losses(image::write(&mask, path, &self.write), path)? {
-                        observer.event(Event::Warning(&loss));
-                    }
+                    self.write_image(&worker.mask()?.into(), path, observer)?;
                 }
             }
-            if let Some(FirstTexture { narrowed: Some(blend), .. }) = worker.first.1.into_inner() {
-                narrowed.get_or_insert(blend);
+            if narrowed.is_none() {
+                narrowed = worker.first.1.found().and_then(|found| found.narrowed.clone());
             }
             done.written += carried.written;
             done.failures.extend(carried.failures);
         }
         done.blend = narrowed.or(done.blend);
-        done.pair = link.into_pair_file();
+        done.pair = Arc::into_inner(link).and_then(Link::into_pair_file);
         Ok(done)
     }
 
     /// Checks for conflicting options.
     fn check(&self) -> Result<()> {
-        self.check_map()?;
-        let (values, textures) = match &self.inputs {
-            Inputs::Textures { values, sources, .. } => (Some(*values), sources.len()),
-            Inputs::Material(maps) => (None, maps.len()),
+        let textures = match &self.inputs {
+            Inputs::Textures { sources, .. } => sources.len(),
+            Inputs::Material(maps) => maps.len(),
         };
         if textures == 0 {
             return Err(Failure::input("no textures to transfer"));
         }
+        self.check_options()
+    }
+
+    /// As [`Transfer::check`], whatever the textures are.
+    pub(crate) fn check_options(&self) -> Result<()> {
+        self.check_map()?;
+        let values = match &self.inputs {
+            Inputs::Textures { values, .. } => Some(*values),
+            Inputs::Material(_) => None,
+        };
         if let Some(format) = &self.format
             && Format::from_extension(format).is_none()
         {
@@ -192,94 +198,14 @@ impl Transfer {
         self.extra_outputs.iter().chain(&self.draw_labels).try_for_each(|path| outputs.check(path))
     }
 
-    /// The files that textures depend on, apart from their own source.
-    fn shared_inputs<'a>(&'a self, plan: &'a Plan) -> Vec<&'a Path> {
-        let bases = plan.batches.iter().filter_map(|batch| batch.onto.as_ref()?.path());
-        self.common_inputs().into_iter().chain(bases).collect()
-    }
-
-    /// The files that all batches depend on.
-    fn common_inputs(&self) -> Vec<&Path> {
-        let blending = self.blending.as_ref();
-        let skin = blending.and_then(|blending| blending.skin.as_ref());
-        let labels = blending.and_then(|blending| blending.labels.as_ref());
-        // What the labels of the albedo exclude is excluded from all maps.
-        let albedo = self.labelled_map();
-        let images = [skin, labels, albedo, self.source_mask.as_ref(), self.fill.as_ref()];
-        let images = images.into_iter().flatten().map(PathBuf::as_path);
-        std::iter::once(self.correspondence.path())
-            .chain(self.region.inputs())
-            .chain(images)
-            .collect()
-    }
-
-    /// The shared fingerprint for the textures of each batch; `None` if not requested.
-    fn fingerprints(&self, plan: &Plan) -> Result<Vec<Option<Fingerprint>>> {
-        if self.existing == Existing::Replace {
-            return Ok(plan.batches.iter().map(|_| None).collect());
-        }
-        let shared = || -> std::io::Result<Fingerprint> {
-            let mut shared = Fingerprint::new();
-            shared.add(&self.options_text());
-            self.common_inputs().into_iter().try_for_each(|path| shared.add_file(path))?;
-            Ok(shared)
-        };
-        let shared = shared();
-        let of_batch = |batch: &Batch| {
-            // A missing file is reported where it is read; without a fingerprint nothing is
-            // skipped.
-            let mut fingerprint = shared.as_ref().ok()?.clone();
-            fingerprint.add(&format!("{:?}", batch.values));
-            match &batch.onto {
-                Some(BaseSource::Image(path)) => fingerprint.add_file(path).ok()?,
-                Some(BaseSource::Color(unit)) => fingerprint.add(&format!("{unit:?}")),
-                None => {}
-            }
-            Some(fingerprint)
-        };
-        Ok(plan.batches.iter().map(of_batch).collect())
-    }
-
-    /// All options that affect a result, as text; the content of files is added to the fingerprint
-    /// separately.
-    fn options_text(&self) -> String {
-        let Self { direction, size, filter, map, overlap, averaging, normals, fit, .. } = self;
-        let Self { region, blending, source_mask, fill, write, .. } = self;
-        let parts = |parts: &[RegionPart]| {
-            parts.iter().map(|part| format!("{:?} {:?}", part.side, part.names)).collect::<Vec<_>>()
-        };
-        // A hard edge without a tone change is the same as no blending.
-        let blending = blending.as_ref().filter(|blending| blending.needs_labels());
-        let blending =
-            blending.map(|blending| {
-                let Blending {
-                    feather,
-                    membrane,
-                    match_skin,
-                    tone,
-                    skin,
-                    labels,
-                    keep_all,
-                    gutter_px,
-                } = blending;
-                let files = (skin.is_some(), labels.is_some());
-                (*feather, *membrane, *match_skin, *tone, files, *keep_all, *gutter_px)
-            });
-        let region = (parts(&region.include), parts(&region.exclude), region.grow, region.unit);
-        // With a blend, material maps end at the boundary of the mask.
-        let ends_at_mask = self.blending.is_some() && matches!(self.inputs, Inputs::Material(_));
-        let masks = (source_mask.is_some(), fill.is_some(), ends_at_mask);
-        format!(
-            "{direction:?} {size:?} {filter:?} {map:?} {overlap:?} {averaging:?} {normals:?} {fit:?} \
-             {region:?} {blending:?} {masks:?} {write:?}"
-        )
-    }
-
-    fn blend(
+    /// Prepares the blend, if there is one.
+    ///
+    /// - `only`: the only texture, if its labels are to be detected here.
+    pub(crate) fn blend(
         &self,
         link: &Link,
         known: &KnownTexels,
-        plan: &Plan,
+        only: Option<&Path>,
         observer: &dyn Observer,
     ) -> Result<Option<Arc<Blend>>> {
         let Some(pair) = link.pair() else { return Ok(None) };
@@ -290,7 +216,7 @@ impl Transfer {
         let blending = self.blending.clone().unwrap_or_default();
         let ends_at_mask = matches!(self.inputs, Inputs::Material(_));
         let blend = blending.prepare(&self.region, &domain, known, ends_at_mask, observer)?;
-        let texture = match (self.labelled_map(), self.labelled_texture(plan)) {
+        let texture = match (self.labelled_map(), only) {
             (Some(albedo), _) => image::read(albedo).or_input()?.texture,
             // Errors are reported when the texture is transferred.
             (None, Some(texture)) => match image::read(texture) {
@@ -307,7 +233,7 @@ impl Transfer {
 
     /// The material map whose labels apply to all maps, if labels matter and no label image is
     /// given.
-    fn labelled_map(&self) -> Option<&PathBuf> {
+    pub(crate) fn labelled_map(&self) -> Option<&PathBuf> {
         let asks = |blending: &Blending| blending.needs_labels() && blending.labels.is_none();
         match &self.inputs {
             Inputs::Material(maps) if self.blending.as_ref().is_some_and(asks) => {
@@ -357,19 +283,30 @@ impl Transfer {
         let labels = domain.labels(&texture).map_err(|error| {
             Failure::input(format!("{}: cannot detect labels: {error}", source.display()))
         })?;
-        for loss in losses(image::write(&labels.picture().into(), path, &self.write), path)? {
+        self.write_image(&labels.picture().into(), path, observer)
+    }
+
+    /// Writes an image next to the results.
+    fn write_image(&self, image: &Image, path: &Path, observer: &dyn Observer) -> Result<()> {
+        let written = image::write(image, path, &self.write).map_err(write_failure)?;
+        for loss in losses(&written, path) {
             observer.event(Event::Warning(&loss));
         }
         Ok(())
     }
 
     /// - `size`: of the results, if it is not that of the base.
-    fn base_order<'a>(&self, batch: &'a Batch, size: Option<Size>) -> BaseOrder<'a> {
+    pub(crate) fn base_order<'a>(
+        &self,
+        onto: Option<&'a BaseSource>,
+        values: Values,
+        size: Option<Size>,
+    ) -> BaseOrder<'a> {
         BaseOrder {
-            onto: batch.onto.as_ref(),
+            onto,
             size,
-            values: batch.values,
-            filter: self.filter(batch.values),
+            values,
+            filter: self.filter(values),
             averaging: self.averaging,
             is_material: matches!(self.inputs, Inputs::Material(_)),
         }
@@ -378,20 +315,23 @@ impl Transfer {
     fn base(&self, batch: &Batch, size: Option<Size>) -> Result<Base> {
         let needs_colors = self.blending.as_ref().is_some_and(Blending::needs_colors);
         let in_memory = batch.jobs.len() > 1 || (batch.values.is_toned() && needs_colors);
-        Base::new(&self.base_order(batch, size), in_memory)
+        Base::new(&self.base_order(batch.onto.as_ref(), batch.values, size), in_memory)
     }
-}
-
-/// The manifest next to the outputs of each batch, if fingerprints are requested.
-fn manifests<'a>(
-    plan: &Plan,
-    fingerprints: &'a [Option<Fingerprint>],
-) -> Result<Vec<Option<Manifest<'a>>>> {
-    let batches = plan.batches.iter().zip(fingerprints);
-    batches
-        .map(|(batch, fingerprint)| match (fingerprint, batch.jobs.first()) {
-            (Some(shared), Some(job)) => Manifest::beside(&job.output, shared).map(Some),
-            _ => Ok(None),
-        })
-        .collect()
+    /// The records of each batch; `None` if not requested.
+    fn records(&self, plan: &Plan) -> Result<Vec<Option<Records>>> {
+        if self.existing == Existing::Replace {
+            return Ok(plan.batches.iter().map(|_| None).collect());
+        }
+        // A missing file is reported where it is read; without a fingerprint nothing is skipped.
+        let common = self.common_fingerprint().ok();
+        let of_batch = |batch: &Batch| {
+            let shared = common
+                .clone()
+                .and_then(|common| common.of_batch(batch.values, batch.onto.as_ref()).ok());
+            let Some(shared) = shared else { return Ok(None) };
+            let manifest = Manifest::open(&plan.folder, self.shard)?;
+            Ok(Some(Records { manifest, shared }))
+        };
+        plan.batches.iter().map(of_batch).collect()
+    }
 }

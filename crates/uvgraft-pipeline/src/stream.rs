@@ -4,11 +4,12 @@ use std::sync::mpsc::{Receiver, SyncSender, channel, sync_channel};
 use std::thread;
 
 use uvgraft::{Overlay, Texture};
-use uvgraft_io::image::{BandWriter, WriteError, Written};
+use uvgraft_io::image::WriteError;
 
 use crate::base::Bands;
 use crate::failure::{Blame, Failure, Result};
 use crate::observer::Observer;
+use crate::target::{Encoded, Sink};
 
 /// Bytes of decoded rows that may be queued: most of a 4096² base, whose decoding continues while
 /// the source is prepared.
@@ -31,21 +32,21 @@ pub(crate) fn run(
     mut bands: Bands<'_>,
     rows: u32,
     overlay: &Overlay,
-    mut writer: BandWriter,
+    mut sink: Sink<'_>,
     observer: &dyn Observer,
-) -> Result<std::result::Result<Written, WriteError>> {
+) -> Result<std::result::Result<Encoded, WriteError>> {
     let mut first = 0;
     while let Some(band) = bands.next(rows)? {
         check(observer)?;
         let height = band.size().height;
         let band = overlay.lay(first, band).or_work()?;
         first += height;
-        if let Err(error) = writer.push(&band) {
+        if let Err(error) = sink.push(&band) {
             return Ok(Err(error));
         }
         bands.recycle(band);
     }
-    Ok(writer.finish())
+    Ok(sink.finish())
 }
 
 /// Returns an error if the caller cancelled.
@@ -82,12 +83,12 @@ impl Ahead {
         self,
         scope: &'scope thread::Scope<'scope, '_>,
         overlay: &Overlay,
-        writer: BandWriter,
+        sink: Sink<'scope>,
         observer: &dyn Observer,
-    ) -> Result<std::result::Result<Written, WriteError>> {
+    ) -> Result<std::result::Result<Encoded, WriteError>> {
         let Self { bands, used } = self;
         let (sender, receiver) = sync_channel(2);
-        let writing = scope.spawn(move || encode(writer, &receiver, &used));
+        let writing = scope.spawn(move || encode(sink, &receiver, &used));
         let mut first = 0;
         for band in bands {
             check(observer)?;
@@ -124,14 +125,14 @@ fn decode(
 }
 
 fn encode(
-    mut writer: BandWriter,
+    mut sink: Sink<'_>,
     bands: &Receiver<Texture>,
     used: &std::sync::mpsc::Sender<Texture>,
-) -> std::result::Result<Written, WriteError> {
+) -> std::result::Result<Encoded, WriteError> {
     for band in bands {
-        writer.push(&band)?;
+        sink.push(&band)?;
         // Fails harmlessly once everything is decoded and buffers are no longer reused.
         let _ = used.send(band);
     }
-    writer.finish()
+    sink.finish()
 }

@@ -39,8 +39,6 @@ impl Transfer {
     /// Whether textures have an image for each tile. Numbers in file names count where the pair has
     /// links in all tiles that they name.
     pub(crate) fn is_tiled(&self) -> Result<bool> {
-        let has_placeholder =
-            |path: &Path| path.to_str().is_some_and(|it| it.contains(PLACEHOLDER));
         let (sources, bases): (Vec<&Path>, Vec<&BaseSource>) = match &self.inputs {
             Inputs::Textures { sources, onto, .. } => {
                 (sources.iter().map(PathBuf::as_path).collect(), onto.iter().collect())
@@ -203,7 +201,9 @@ impl Transfer {
                 let outputs = names::of_tiles(output, filled, is_folder)?;
                 let base = |tile: Tile| -> Result<Option<BaseSource>> {
                     Ok(match &batch.onto {
-                        Some(BaseSource::Image(path)) if outputs.len() > 1 || has_pattern(path) => {
+                        Some(BaseSource::Image(path))
+                            if outputs.len() > 1 || has_placeholder(path) =>
+                        {
                             Some(BaseSource::Image(with_placeholder(path)?.of(tile)))
                         }
                         onto => onto.clone(),
@@ -313,7 +313,8 @@ struct StepResult {
     written: Vec<((PathBuf, PathBuf), bool)>,
 }
 
-fn has_pattern(path: &Path) -> bool {
+/// Whether a name has a placeholder for tiles.
+pub(crate) fn has_placeholder(path: &Path) -> bool {
     path.to_str().is_some_and(|path| path.contains(PLACEHOLDER))
 }
 

@@ -14,6 +14,7 @@ use crate::blending::Blending;
 use crate::failure::{Failure, Fault};
 use crate::material::{Role, Values};
 use crate::region::Region;
+use crate::shard::Shard;
 
 /// What says where each texel of the result comes from.
 #[derive(Debug, Clone, PartialEq, Eq, Hash)]
@@ -118,6 +119,8 @@ pub struct Transfer {
     pub draw_labels: Option<PathBuf>,
     /// What happens to existing outputs.
     pub existing: Existing,
+    /// The part of the textures to transfer; by default all of them.
+    pub shard: Option<Shard>,
     /// Number of textures processed in parallel; by default one per thread.
     pub jobs: Option<u16>,
     /// Memory limit in bytes for textures in flight: fewer are processed in parallel where they
@@ -180,6 +183,7 @@ impl Transfer {
             mask: None,
             draw_labels: None,
             existing: Existing::default(),
+            shard: None,
             jobs: None,
             memory: 2 << 30,
             extra_outputs: Vec::new(),

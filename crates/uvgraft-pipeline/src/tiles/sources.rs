@@ -6,11 +6,11 @@ use std::path::{Path, PathBuf};
 use uvgraft::{Depth, Direction, Encoding, Pair, Tile, TileAtlas};
 use uvgraft_io::image::{self, Format, Image, WriteOptions};
 
-use super::has_pattern;
+use super::has_placeholder;
 use super::names::{Pattern, numbered};
+use crate::carry::write_failure;
 use crate::failure::{Blame, Failure, Result};
 use crate::observer::{Event, Observer};
-use crate::worker::losses;
 
 /// A texture with an image for each tile.
 pub(super) struct TiledSource {
@@ -23,7 +23,7 @@ impl TiledSource {
     /// The images by a name with a placeholder, or the only one by its own name: of the tile whose
     /// number it has, or else of the unit square.
     pub(super) fn find(name: &Path) -> Result<Self> {
-        let files = if has_pattern(name) {
+        let files = if has_placeholder(name) {
             Pattern::parse(name)?.files()?
         } else {
             let tile = numbered(name).map_or(Tile::FIRST, |(_, tile)| tile);
@@ -129,7 +129,9 @@ impl TiledSource {
         };
         let path = folder.join("atlas").with_extension(extension);
         let image = Image { texture, icc };
-        losses(image::write(&image, &path, &WriteOptions::default()), &path).map_err(named)?;
+        let written = image::write(&image, &path, &WriteOptions::default());
+        // What the atlas cannot keep, such as the ICC profile of an EXR, is not worth a warning.
+        let _ = written.map_err(write_failure).map_err(named)?;
         Ok((atlas, path))
     }
 }

@@ -1,0 +1,342 @@
+//! Transfers one texture, with what it shares with others.
+
+use std::path::Path;
+use std::sync::atomic::{AtomicU32, Ordering};
+use std::sync::{Arc, OnceLock};
+use std::thread;
+
+use uvgraft::{Blend, Channels, FitSummary, Graft, Overlay, Size, TexelFormat, Texture};
+use uvgraft::{Depth, ToneCorrection};
+use uvgraft_io::image::{EncodeError, Format, TextureSpec, WriteError, Written};
+
+use crate::base::{Bands, bytes_of};
+use crate::blending;
+use crate::failure::{Blame, Failure, Result};
+use crate::non_finite::without_non_finite;
+use crate::observer::{Event, Observer};
+use crate::shared::Shared;
+use crate::source::{OpenSource, Source};
+use crate::stream::{self, Ahead};
+use crate::target::{Encoded, Target};
+
+/// A texture to transfer.
+pub(crate) struct Call<'a> {
+    pub(crate) source: Source<'a>,
+    pub(crate) target: Target<'a>,
+    /// Whether no other texture is processed at the same time, so that decoding, sampling and
+    /// encoding should overlap.
+    pub(crate) alone: bool,
+    /// Where its analysis goes, if it is wanted.
+    pub(crate) analysis: Option<&'a Analysis>,
+    pub(crate) observer: &'a dyn Observer,
+}
+
+/// The analysis of a texture, once it is made.
+pub(crate) struct Analysis {
+    wants_mask: bool,
+    found: OnceLock<Excluded>,
+}
+
+/// What is excluded from a texture.
+pub(crate) struct Excluded {
+    /// The blend restricted to what remains of the region.
+    pub(crate) narrowed: Option<Arc<Blend>>,
+    /// The mask of covered texels, if requested and anything is excluded.
+    pub(crate) mask: Option<Texture>,
+}
+
+/// The outcome of a texture.
+pub(crate) struct Outcome {
+    pub(crate) result: Result<Done>,
+    /// Notes and warnings.
+    pub(crate) log: Log,
+}
+
+/// A texture that was transferred.
+#[derive(Debug)]
+pub(crate) struct Done {
+    /// Summary of the fit, if the texture was fitted.
+    pub(crate) fit: Option<FitSummary>,
+    /// See [`uvgraft::blend::ToneReport::boundary_delta_e`].
+    pub(crate) boundary_delta_e: Option<f64>,
+    /// Length of the encoded result in bytes.
+    pub(crate) bytes: u64,
+    /// The encoded result; empty if it is in a file.
+    pub(crate) image: Vec<u8>,
+}
+
+/// Messages about a texture.
+#[derive(Debug, Default)]
+pub(crate) struct Log {
+    pub(crate) notes: Vec<String>,
+    pub(crate) warnings: Vec<String>,
+}
+
+/// The formats of a texture, its base and the result.
+struct Formats {
+    /// Channels that the source has.
+    found: Channels,
+    /// Depth in which the source is processed.
+    depth: Depth,
+    source: TexelFormat,
+    base: TexelFormat,
+    /// Channels of the result.
+    channels: Channels,
+    icc: Option<Vec<u8>>,
+}
+
+/// A texture ready to be laid over its base.
+struct Ready {
+    overlay: Overlay,
+    fit: Option<FitSummary>,
+    boundary_delta_e: Option<f64>,
+}
+
+/// The rows of the base: decoded ahead by another thread, or when they are needed.
+enum Rows<'a> {
+    Ahead(Ahead),
+    Here(Bands<'a>),
+}
+
+impl Analysis {
+    /// - `wants_mask`: whether the mask of a texture with exclusions is needed.
+    pub(crate) fn new(wants_mask: bool) -> Self {
+        Self { wants_mask, found: OnceLock::new() }
+    }
+
+    pub(crate) fn found(&self) -> Option<&Excluded> {
+        self.found.get()
+    }
+
+    fn store(&self, toning: &ToneCorrection, overlay: &Overlay) {
+        let narrowed = toning.narrowed().cloned();
+        let mask = (narrowed.is_some() && self.wants_mask).then(|| overlay.mask());
+        let _ = self.found.set(Excluded { narrowed, mask });
+    }
+}
+
+impl Shared {
+    /// Transfers a texture.
+    pub(crate) fn carry(&self, call: &Call<'_>) -> Outcome {
+        let mut log = Log::default();
+        let result = self.try_carry(call, &mut log);
+        Outcome { result, log }
+    }
+
+    /// Decodes the source while the graft is prepared, finds the tone, and streams the base through
+    /// the overlay band by band.
+    fn try_carry(&self, call: &Call<'_>, log: &mut Log) -> Result<Done> {
+        stream::check(call.observer)?;
+        let source = call.source.open()?;
+        let formats = self.formats(call, &source, log)?;
+        let bands = self.base.bands(formats.base)?;
+        let (encoded, ready) = thread::scope(|scope| {
+            let row_bytes = bytes_of(Size::new(self.base.size().width, 1), formats.base) as usize;
+            let band = stream::rows_in_band(row_bytes);
+            let rows = if call.alone {
+                Rows::Ahead(Ahead::start(scope, bands, band, row_bytes))
+            } else {
+                Rows::Here(bands)
+            };
+            let (graft, texture) = self.read(source, call.alone)?;
+            let ready = self.ready(call, &formats, &graft, texture, log)?;
+            let spec = TextureSpec::new(self.base.size(), ready.overlay.format());
+            let sink = call.target.create(spec, formats.icc.as_deref(), &self.options.write);
+            let encoded = match (sink, rows) {
+                (Err(error), _) => Err(error),
+                (Ok(sink), Rows::Ahead(ahead)) => {
+                    ahead.run(scope, &ready.overlay, sink, call.observer)?
+                }
+                (Ok(sink), Rows::Here(bands)) => {
+                    stream::run(bands, band, &ready.overlay, sink, call.observer)?
+                }
+            };
+            Ok((encoded, ready))
+        })?;
+        let Encoded { written, bytes, image } = encoded.map_err(write_failure)?;
+        log.warnings.extend(losses(&written, call.target.name()));
+        let Ready { fit, boundary_delta_e, .. } = ready;
+        Ok(Done { fit, boundary_delta_e, bytes, image })
+    }
+
+    fn formats(&self, call: &Call<'_>, source: &OpenSource<'_>, log: &mut Log) -> Result<Formats> {
+        let (values, name) = (self.options.values, call.target.name());
+        let found = source.spec().format();
+        let depth = values.depth(found.depth, call.target.format());
+        let format = values.reinterpret(TexelFormat { depth, ..found });
+        log.warnings.extend(self.base.mismatch(source.icc(), call.source.name()));
+        let (base, mut icc) = self.base.under(format, source.icc());
+        let channels = format.channels.union(base.channels);
+        // A profile is for greyscale or for RGB; readers reject images with the wrong kind.
+        let owner = if self.base.is_image() { base } else { format };
+        if channels.has_color() != owner.channels.has_color() && icc.take().is_some() {
+            let warning = "ICC profile dropped: it is for greyscale, but the result is in colour";
+            log.warnings.push(format!("{}: {warning}", name.display()));
+        }
+        if channels.has_alpha() && call.target.format() == Some(Format::Jpeg) {
+            return Err(self.needs_alpha(name));
+        }
+        Ok(Formats { found: found.channels, depth, source: format, base, channels, icc })
+    }
+
+    fn needs_alpha(&self, output: &Path) -> Failure {
+        let hint = if self.base.is_clear_color() {
+            "use an opaque base, such as --onto '#808080', or write"
+        } else {
+            "choose"
+        };
+        Failure::input(format!(
+            "cannot write {}: the result has an alpha channel, which JPEG does not support; \
+             {hint} PNG, WebP, TIFF or EXR",
+            output.display()
+        ))
+    }
+
+    /// The texture, and the graft for its size.
+    fn read(&self, source: OpenSource<'_>, alone: bool) -> Result<(Arc<Graft>, Texture)> {
+        let size = source.spec().size;
+        let wanted = AtomicU32::new(size.height);
+        let read = || {
+            let is_wanted = |row| row < wanted.load(Ordering::Relaxed);
+            source.read_while(is_wanted)
+        };
+        let prepare = || {
+            let graft = self.graft(size)?;
+            wanted.store(self.source_rows_end(&graft), Ordering::Relaxed);
+            Ok(graft)
+        };
+        let (graft, texture) = if alone {
+            thread::scope(|scope| {
+                let reading = scope.spawn(read);
+                let graft = prepare();
+                let texture = reading.join();
+                (graft, texture.unwrap_or_else(|panic| std::panic::resume_unwind(panic)))
+            })
+        } else {
+            (prepare(), read())
+        };
+        let ((texture, damage), graft) = (texture?, graft?);
+        // The decoder may have read further than needed, depending on timing; damage in rows that
+        // are not needed must not matter.
+        match damage {
+            Some((row, failure)) if row < self.source_rows_end(&graft) => Err(failure),
+            _ => Ok((graft, texture)),
+        }
+    }
+
+    /// One past the last row of a texture that is needed.
+    fn source_rows_end(&self, graft: &Graft) -> u32 {
+        if self.options.fit.is_some() {
+            graft.sizes().from.height
+        } else {
+            graft.texture_rows().end
+        }
+    }
+
+    /// Finds the tone of a decoded texture, and samples or fits it.
+    fn ready(
+        &self,
+        call: &Call<'_>,
+        formats: &Formats,
+        graft: &Graft,
+        texture: Texture,
+        log: &mut Log,
+    ) -> Result<Ready> {
+        let (name, values) = (call.source.name(), self.options.values);
+        let texture = texture.converted(formats.found, formats.depth);
+        let texture = texture.with_encoding(formats.source.encoding);
+        let (texture, unknown) = without_non_finite(texture, name);
+        let lacks_texels = unknown.is_some();
+        log.warnings.extend(unknown);
+        let texture = self.known.complete(texture, values, name)?;
+        let toning = self.toning(graft, &texture, formats.base, name, log)?;
+        let (mut overlay, fit) = self.overlay(call, graft, texture, formats.base)?;
+        if let Some(toning) = &toning {
+            overlay = if values.is_toned() {
+                overlay.with_tone(toning).or_work()?
+            } else {
+                overlay.with_exclusion(toning).or_work()?
+            };
+            if let Some(analysis) = call.analysis {
+                analysis.store(toning, &overlay);
+            }
+        }
+        if (self.known.adds_alpha() || lacks_texels) && !formats.channels.has_alpha() {
+            overlay = overlay.opaque();
+        }
+        let boundary_delta_e = toning.and_then(|toning| toning.report().boundary_delta_e);
+        Ok(Ready { overlay, fit, boundary_delta_e })
+    }
+
+    /// Estimates the tone of a texture on its base, and what to exclude from the texture. If no
+    /// tone can be estimated, this is a warning.
+    fn toning(
+        &self,
+        graft: &Graft,
+        texture: &Texture,
+        base: TexelFormat,
+        path: &Path,
+        log: &mut Log,
+    ) -> Result<Option<ToneCorrection>> {
+        let Some(blend) = graft.blend().filter(|blend| blend.options().needs_labels()) else {
+            return Ok(None);
+        };
+        if !self.options.values.is_toned() {
+            // Other maps take labels from the albedo, if it has any.
+            return Ok(if blend.has_labels() { graft.exclusion(texture) } else { None });
+        }
+        let toning = if blend.options().needs_colors() {
+            let colors = self.base.colors()?;
+            graft.toning(texture, &colors, base).unwrap_or_else(|why| {
+                let warning = format!("{}: {why}; colours left unchanged", path.display());
+                log.warnings.push(warning);
+                graft.exclusion(texture)
+            })
+        } else {
+            graft.exclusion(texture)
+        };
+        if let Some(toning) = &toning {
+            let name = path.display();
+            log.notes
+                .extend(blending::exclusion_note(toning).map(|note| format!("{name}: {note}")));
+            let warnings = toning.report().warnings().into_iter();
+            log.warnings.extend(warnings.map(|warning| format!("{name}: {warning}")));
+        }
+        Ok(toning)
+    }
+
+    /// The texture, sampled or fitted.
+    fn overlay(
+        &self,
+        call: &Call<'_>,
+        graft: &Graft,
+        texture: Texture,
+        base: TexelFormat,
+    ) -> Result<(Overlay, Option<FitSummary>)> {
+        let source = call.source.name();
+        let overlay = match &self.options.fit {
+            None => graft.overlay(texture, base).map(|overlay| (overlay, None)),
+            Some(options) => {
+                let mut progress =
+                    |progress| call.observer.event(Event::FitProgress { source, progress });
+                let fitted = graft.fit(texture, base, options, &mut progress);
+                fitted.map(|fitted| (fitted.overlay, Some(fitted.summary)))
+            }
+        };
+        overlay.or_input().map_err(|failure| failure.context(source.display()))
+    }
+}
+
+/// The losses of a written file as warnings.
+pub(crate) fn losses(written: &Written, path: &Path) -> Vec<String> {
+    written.losses.iter().map(|loss| format!("{}: {loss}", path.display())).collect()
+}
+
+/// The error of a file that was checked to be writable, classified by fault.
+pub(crate) fn write_failure(error: WriteError) -> Failure {
+    match error {
+        // By now the disk is full or gone.
+        WriteError::Encode { reason: EncodeError::Io(_), .. } => Failure::work(error),
+        error => Failure::input(error),
+    }
+}

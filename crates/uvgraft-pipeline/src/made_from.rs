@@ -1,0 +1,95 @@
+//! What the outputs of a transfer are made from: files and options.
+
+use std::io;
+use std::path::{Path, PathBuf};
+
+use crate::base_source::BaseSource;
+use crate::blending::Blending;
+use crate::fingerprint::Fingerprint;
+use crate::material::Values;
+use crate::plan::Plan;
+use crate::region::RegionPart;
+use crate::transfer::{Inputs, Transfer};
+
+impl Fingerprint {
+    /// The fingerprint of what textures with one base are made from, apart from their own source.
+    pub(crate) fn of_batch(
+        mut self,
+        values: Values,
+        onto: Option<&BaseSource>,
+    ) -> io::Result<Self> {
+        self.add(&format!("{values:?}"));
+        match onto {
+            Some(BaseSource::Image(path)) => self.add_file(path)?,
+            Some(BaseSource::Color(unit)) => self.add(&format!("{unit:?}")),
+            None => {}
+        }
+        Ok(self)
+    }
+}
+
+impl Transfer {
+    /// The files that textures depend on, apart from their own source.
+    pub(crate) fn shared_inputs<'a>(&'a self, plan: &'a Plan) -> Vec<&'a Path> {
+        let bases = plan.batches.iter().filter_map(|batch| batch.onto.as_ref()?.path());
+        self.common_inputs().into_iter().chain(bases).collect()
+    }
+
+    /// The files that all batches depend on.
+    pub(crate) fn common_inputs(&self) -> Vec<&Path> {
+        let blending = self.blending.as_ref();
+        let skin = blending.and_then(|blending| blending.skin.as_ref());
+        let labels = blending.and_then(|blending| blending.labels.as_ref());
+        // What the labels of the albedo exclude is excluded from all maps.
+        let albedo = self.labelled_map();
+        let images = [skin, labels, albedo, self.source_mask.as_ref(), self.fill.as_ref()];
+        let images = images.into_iter().flatten().map(PathBuf::as_path);
+        std::iter::once(self.correspondence.path())
+            .chain(self.region.inputs())
+            .chain(images)
+            .collect()
+    }
+
+    /// The fingerprint of what all batches are made from.
+    pub(crate) fn common_fingerprint(&self) -> io::Result<Fingerprint> {
+        let mut common = Fingerprint::new();
+        common.add(&self.options_text());
+        self.common_inputs().into_iter().try_for_each(|path| common.add_file(path))?;
+        Ok(common)
+    }
+
+    /// All options that affect a result, as text; the content of files is added to the fingerprint
+    /// separately.
+    fn options_text(&self) -> String {
+        let Self { direction, size, filter, map, overlap, averaging, normals, fit, .. } = self;
+        let Self { region, blending, source_mask, fill, write, .. } = self;
+        let parts = |parts: &[RegionPart]| {
+            parts.iter().map(|part| format!("{:?} {:?}", part.side, part.names)).collect::<Vec<_>>()
+        };
+        // A hard edge without a tone change is the same as no blending.
+        let blending = blending.as_ref().filter(|blending| blending.needs_labels());
+        let blending =
+            blending.map(|blending| {
+                let Blending {
+                    feather,
+                    membrane,
+                    match_skin,
+                    tone,
+                    skin,
+                    labels,
+                    keep_all,
+                    gutter_px,
+                } = blending;
+                let files = (skin.is_some(), labels.is_some());
+                (*feather, *membrane, *match_skin, *tone, files, *keep_all, *gutter_px)
+            });
+        let region = (parts(&region.include), parts(&region.exclude), region.grow, region.unit);
+        // With a blend, material maps end at the boundary of the mask.
+        let ends_at_mask = self.blending.is_some() && matches!(self.inputs, Inputs::Material(_));
+        let masks = (source_mask.is_some(), fill.is_some(), ends_at_mask);
+        format!(
+            "{direction:?} {size:?} {filter:?} {map:?} {overlap:?} {averaging:?} {normals:?} {fit:?} \
+             {region:?} {blending:?} {masks:?} {write:?}"
+        )
+    }
+}

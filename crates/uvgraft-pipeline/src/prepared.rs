@@ -1,0 +1,282 @@
+//! A transfer that is prepared once, for callers who bring textures one by one.
+
+use std::any::Any;
+use std::collections::HashSet;
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+use std::sync::atomic::{AtomicUsize, Ordering};
+use std::thread;
+
+use rayon::ThreadPoolBuilder;
+use uvgraft::Size;
+use uvgraft_io::image::Format;
+
+use crate::base::Base;
+use crate::base_source::BaseSource;
+use crate::blending::KnownTexels;
+use crate::carry::{Call, Done, Outcome};
+use crate::failure::{Blame, Failure, Result};
+use crate::fingerprint::Fingerprint;
+use crate::link::Link;
+use crate::material::Values;
+use crate::observer::Observer;
+use crate::outputs::{check_replaceable, folder_of, resolve};
+use crate::plan::format_of;
+use crate::shared::{Grafts, Options, Shared};
+use crate::source::Source;
+use crate::target::Target;
+use crate::tiles::has_placeholder;
+use crate::transfer::{Inputs, Transfer};
+
+/// A transfer whose pair or map, base and blend are in memory: [`Transfer::prepare`].
+///
+/// It owns all that it needs. Any number of threads may use it at once, those of a rayon pool
+/// included, and results do not depend on how many do: they are the files that [`Transfer::run`]
+/// writes. Threads are shared out among the calls in flight, as many as
+/// [`rayon::current_num_threads`] in the thread of a call. A call that panics returns a failure of
+/// the work, and the others go on.
+pub struct PreparedTransfer {
+    shared: Shared,
+    fingerprint: Fingerprint,
+    fingerprint_text: String,
+    /// Files that no output may replace.
+    inputs: HashSet<PathBuf>,
+    in_flight: AtomicUsize,
+}
+
+/// The result of a texture.
+#[derive(Debug, Clone, PartialEq)]
+#[non_exhaustive]
+pub struct Carried {
+    /// How much texture and base still differ along the boundary once their skin matches, ΔE 2000;
+    /// `None` without matching, and where no skin meets skin. See
+    /// [`ToneReport::boundary_delta_e`](uvgraft::blend::ToneReport::boundary_delta_e).
+    pub boundary_delta_e: Option<f64>,
+    /// Length of the encoded result in bytes.
+    pub bytes: u64,
+    /// Size of the result in texels.
+    pub size: Size,
+    /// Warnings, which name the texture.
+    pub warnings: Vec<String>,
+    /// Notes on automatic decisions, such as excluding a collar, which name the texture.
+    pub notes: Vec<String>,
+}
+
+impl Transfer {
+    /// Reads and prepares everything that textures share, for callers who bring them one by one.
+    ///
+    /// The options are those of [`Inputs::Textures`]. Not used are its sources, of which there may
+    /// be none, and [`Transfer::output`], [`Transfer::format`], [`Transfer::existing`],
+    /// [`Transfer::shard`], [`Transfer::jobs`] and [`Transfer::memory`].
+    ///
+    /// - `observer`: receives a note if a mesh unit was assumed.
+    ///
+    /// # Errors
+    /// As bad input for files that cannot be read or are not regular files, for conflicting
+    /// options, and for options that belong to a whole run: the maps of a material, UDIM tiles,
+    /// [`Transfer::mask`], [`Transfer::draw_labels`] and [`Transfer::extra_outputs`].
+    pub fn prepare(&self, observer: &dyn Observer) -> Result<PreparedTransfer> {
+        let (onto, values) = self.shared_base()?;
+        self.check_options()?;
+        // Before anything is read: a file that changes meanwhile makes its results outdated.
+        let fingerprint = self.common_fingerprint().and_then(|it| it.of_batch(values, onto));
+        let link = Link::read(&self.correspondence)?;
+        let size = link.size(self.size)?;
+        let known = KnownTexels::read(self.source_mask.as_deref(), self.fill.as_deref())?;
+        let (blend, base) = rayon::join(
+            || self.blend(&link, &known, None, observer),
+            || Base::new(&self.base_order(onto, values, size), true),
+        );
+        let (blend, base) = (blend?, base?);
+        let inputs = self.common_inputs().into_iter().chain(onto.and_then(BaseSource::path));
+        let fingerprint = fingerprint.map_err(|error| {
+            let mut files = inputs.clone();
+            let culprit = files.find(|path| !path.is_file()).unwrap_or(self.correspondence.path());
+            Failure::input(format!("{}: {error}", culprit.display()))
+        })?;
+        Ok(PreparedTransfer {
+            shared: Shared {
+                options: Options::new(self, values),
+                link: Arc::new(link),
+                base,
+                blend,
+                known: Arc::new(known),
+                grafts: Grafts::default(),
+            },
+            fingerprint_text: fingerprint.text(),
+            fingerprint,
+            inputs: inputs.map(resolve).collect(),
+            in_flight: AtomicUsize::new(0),
+        })
+    }
+
+    /// The base and the values of textures that come one by one.
+    fn shared_base(&self) -> Result<(Option<&BaseSource>, Values)> {
+        let Inputs::Textures { onto, values, .. } = &self.inputs else {
+            return Err(Failure::input(
+                "a prepared transfer takes single textures, not the maps of a material or a list",
+            ));
+        };
+        let tiled = onto.as_ref().and_then(BaseSource::path).is_some_and(has_placeholder);
+        let ruled_out = [
+            (tiled, "a base with an image for each tile"),
+            (self.mask.is_some(), "--mask"),
+            (self.draw_labels.is_some(), "--labels"),
+            (!self.extra_outputs.is_empty(), "other outputs"),
+        ];
+        match ruled_out.into_iter().find(|(is_asked, _)| *is_asked) {
+            Some((_, what)) => {
+                Err(Failure::input(format!("a prepared transfer cannot be used with {what}")))
+            }
+            None => Ok((onto.as_ref(), *values)),
+        }
+    }
+}
+
+impl PreparedTransfer {
+    /// Transfers a file to a file, which appears when it is whole; the folder must exist.
+    ///
+    /// - `output`: the image format follows from its extension.
+    ///
+    /// # Errors
+    /// As bad input for a source that is not an image or does not suit the options, and an output
+    /// that cannot be written or is also an input; the output is then unchanged.
+    pub fn carry_file(&self, source: &Path, output: &Path) -> Result<Carried> {
+        format_of(output)?;
+        self.check_output(source, output)?;
+        self.carry(Source::File(source), Target::File(output)).map(|(_, carried)| carried)
+    }
+
+    /// Transfers an encoded image, and returns an encoded image: the bytes of the file that
+    /// [`PreparedTransfer::carry_file`] writes.
+    ///
+    /// - `bytes`: an image in any format; see [`uvgraft_io::image::decode`].
+    /// - `name`: stands for the file in messages, as in `row 17: truncated PNG`.
+    /// - `format`: that of the result.
+    ///
+    /// # Errors
+    /// As bad input for bytes that are not an image, an image that does not suit the options, and a
+    /// result that the format cannot store.
+    pub fn carry_bytes(
+        &self,
+        bytes: &[u8],
+        name: &str,
+        format: Format,
+    ) -> Result<(Vec<u8>, Carried)> {
+        let name = Path::new(name);
+        self.carry(Source::Bytes { name, bytes }, Target::Bytes { name, format })
+    }
+
+    /// Size of the results in texels.
+    pub fn size(&self) -> Size {
+        self.shared.base.size()
+    }
+
+    /// The fingerprint of all options and of the content of all files that textures share, 64
+    /// hexadecimal digits. It changes with the version of the program.
+    pub fn fingerprint(&self) -> &str {
+        &self.fingerprint_text
+    }
+
+    /// The fingerprint of everything that the result of an encoded image is made from, 64
+    /// hexadecimal digits: what a [`Manifest`](crate::Manifest) records, equal to that of a file
+    /// with the same content.
+    pub fn made_from_bytes(&self, bytes: &[u8]) -> String {
+        self.fingerprint.with_bytes(bytes)
+    }
+
+    /// As [`PreparedTransfer::made_from_bytes`], for a file.
+    ///
+    /// # Errors
+    /// As bad input if it cannot be read or is not a regular file.
+    pub fn made_from_file(&self, source: &Path) -> Result<String> {
+        let made_from = self.fingerprint.with_file(source);
+        made_from.or_input().map_err(|failure| failure.context(source.display()))
+    }
+
+    fn check_output(&self, source: &Path, output: &Path) -> Result<()> {
+        check_replaceable(output)?;
+        let folder = folder_of(output);
+        if !folder.is_dir() {
+            return Err(Failure::input(format!(
+                "cannot write {}: folder {} does not exist",
+                output.display(),
+                folder.display()
+            )));
+        }
+        let resolved = resolve(output);
+        if self.inputs.contains(&resolved) || resolve(source) == resolved {
+            let output = output.display();
+            return Err(Failure::input(format!(
+                "output {output} is also an input; choose another name"
+            )));
+        }
+        Ok(())
+    }
+
+    fn carry(&self, source: Source<'_>, target: Target<'_>) -> Result<(Vec<u8>, Carried)> {
+        let call = Call { source, target, alone: false, analysis: None, observer: &() };
+        let Outcome { result, log } = self
+            .isolated(|| self.shared.carry(&call))
+            .map_err(|failure: Failure| failure.context(source.name().display()))?;
+        let Done { boundary_delta_e, bytes, image, .. } = result?;
+        let (size, warnings, notes) = (self.size(), log.warnings, log.notes);
+        Ok((image, Carried { boundary_delta_e, bytes, size, warnings, notes }))
+    }
+
+    /// Runs a call on threads of its own. A caller's pool must not be used: while one of its
+    /// threads waits for others, it takes up further calls, and these may need the very graft that
+    /// it is building.
+    fn isolated<T: Send>(&self, work: impl FnOnce() -> T + Send) -> Result<T> {
+        let in_flight = InFlight::enter(&self.in_flight);
+        let threads = (rayon::current_num_threads() / in_flight.calls).max(1);
+        let pool = ThreadPoolBuilder::new().num_threads(threads).build().or_work();
+        let pool = pool.map_err(|failure| failure.context("cannot start threads"))?;
+        // From a thread outside all pools: one of the caller's would take up further calls here
+        // too, each with its texture in memory.
+        let result = thread::scope(|scope| {
+            let spawned = thread::Builder::new().spawn_scoped(scope, || pool.install(work));
+            Ok(spawned?.join())
+        });
+        let result = result.map_err(|error: std::io::Error| {
+            Failure::work(error).context("cannot start threads")
+        })?;
+        result.map_err(|panic| Failure::work(format!("internal error: {}", text_of(&*panic))))
+    }
+}
+
+/// A call in flight, until it is dropped.
+struct InFlight<'a> {
+    counter: &'a AtomicUsize,
+    /// The number of calls in flight, this one included.
+    calls: usize,
+}
+
+impl<'a> InFlight<'a> {
+    fn enter(counter: &'a AtomicUsize) -> Self {
+        Self { counter, calls: counter.fetch_add(1, Ordering::Relaxed) + 1 }
+    }
+}
+
+impl Drop for InFlight<'_> {
+    fn drop(&mut self) {
+        self.counter.fetch_sub(1, Ordering::Relaxed);
+    }
+}
+
+/// The message of a panic.
+fn text_of(panic: &(dyn Any + Send)) -> &str {
+    let text = panic.downcast_ref::<&str>().copied();
+    text.or_else(|| panic.downcast_ref::<String>().map(String::as_str)).unwrap_or("panic")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn threads_can_share_it() {
+        fn check<T: Send + Sync + 'static>() {}
+        check::<PreparedTransfer>();
+    }
+}
