@@ -174,13 +174,14 @@ pub(crate) fn numbers<T: Element + Copy + Send + Sync>(
     // An empty list is an array of floats to NumPy.
     if !is_right && !array.is_empty() {
         let found = array.dtype().str()?.to_string();
-        return Err(bad_type(format_args!("{what} must hold numbers of dtype {dtype}, got {found}")));
+        return Err(bad_type(format_args!(
+            "{what} must hold numbers of dtype {dtype}, got {found}"
+        )));
     }
     let array = array.call_method1(intern!(py, "astype"), (dtype,))?;
     let array = contiguous(array.cast_into::<PyUntypedArray>()?)?;
-    let values = copied::<T>(&array)?.ok_or_else(|| {
-        bad_type(format_args!("{what} must hold numbers of dtype {dtype}"))
-    })?;
+    let values = copied::<T>(&array)?
+        .ok_or_else(|| bad_type(format_args!("{what} must hold numbers of dtype {dtype}")))?;
     Ok((array.shape().to_vec(), values))
 }
 
@@ -295,9 +296,9 @@ fn writable<'py, T: Element>(
     if !array.is_c_contiguous() || !is_aligned {
         return Err(bad_value("out must be C-contiguous and aligned"));
     }
-    array.try_readwrite().map_err(|_| {
-        bad_value("out must be writeable, and must not be in use by another call")
-    })
+    array
+        .try_readwrite()
+        .map_err(|_| bad_value("out must be writeable, and must not be in use by another call"))
 }
 
 /// Copies texels.

@@ -70,6 +70,7 @@ impl Prepared {
         Ok((PyBytes::new(py, &bytes), figures(carried)))
     }
 
+    /// Of all options and all files that textures share.
     #[getter]
     fn fingerprint(&self) -> &str {
         self.prepared.fingerprint()

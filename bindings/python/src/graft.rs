@@ -31,6 +31,63 @@ const MAX_KEPT: usize = 4;
 const FEATHER_M: f64 = 0.01;
 
 /// A transfer that is prepared once and applied often.
+///
+/// It owns everything it needs and may be used by any number of threads at once. Preparing takes
+/// milliseconds, with a blend up to a second; what depends on sizes is prepared with the first texture
+/// of a size. It can be pickled: the pickle holds the pair and the options.
+///
+/// Parameters
+/// ----------
+/// pair : Pair
+///     The meshes.
+/// size : int or (int, int), optional
+///     Size of results where the base is not an image: a side in texels, or ``(height, width)``.
+/// reverse : bool
+///     Transfer from the pair's target to its source.
+/// filter : {"nearest", "bilinear", "catmull-rom", "lanczos3"}, optional
+///     Interpolation filter; by default lanczos3 for colours and bilinear for data and normals.
+/// gutter : int
+///     Width of the gutter around UV islands in texels, 0 to 256.
+/// prefer : {"first", "left", "right"}
+///     UV island that owns texels that several cover.
+/// overlap : {"first", "average"}
+///     How overlapping UV islands are combined.
+/// linear_light : bool
+///     Average colours in linear light instead of as encoded.
+/// encoding : {"srgb", "linear"}
+///     Encoding of colours in arrays; files have their own.
+/// content : {"color", "data", "normals"}
+///     What textures hold. Values of data are never converted, and have no alpha. Normals are rotated
+///     into the target's tangent frames.
+/// normal_y, normal_y_out : {"opengl", "directx"}
+///     Green channel of normal maps and of results; results have that of `normal_y` by default.
+/// region : Region, optional
+///     The part of the surface to transfer; by default everything linked.
+/// blend : {"none", "feather", "membrane"}, optional
+///     How to hide the boundary of the region: by fading into the base, or by matching skin tones as
+///     well.
+/// feather : float, optional
+///     Width of the feather, inwards from the boundary, in the target mesh's unit; by default 0.01
+///     with a blend.
+/// tone : {"base", "source", "both", "none"}
+///     Side that sets the skin tone.
+/// match_skin : bool
+///     Also match the mean and the covariance of the colours of skin.
+/// keep_all : bool
+///     Do not leave out cloth and background at the neck.
+/// skin : ndarray, PIL image or path, optional
+///     Skin of the base, white on black, in the target's layout; by default estimated.
+/// labels : ndarray, PIL image or path, optional
+///     Labels of the texture as colours; by default estimated for each texture.
+/// threads : int, optional
+///     Number of threads, 0 for one per processor; see `set_threads`.
+///
+/// Raises
+/// ------
+/// TypeError, ValueError
+///     For options that do not exist, and values that are not allowed.
+/// uvgraft.Error
+///     If no linked triangle is left in the region.
 #[pyclass(frozen, module = "uvgraft", name = "Graft")]
 pub(crate) struct Graft {
     settings: Settings,
@@ -76,7 +133,13 @@ impl Settings {
 #[pymethods]
 impl Graft {
     #[new]
-    #[pyo3(signature = (pair, **options))]
+    #[pyo3(
+        signature = (pair, **options),
+        text_signature = "(pair, *, size=None, reverse=False, filter=None, gutter=16, \
+            prefer='first', overlap='first', linear_light=False, encoding='srgb', content='color', \
+            normal_y='opengl', normal_y_out=None, region=None, blend=None, feather=None, \
+            tone='base', match_skin=False, keep_all=False, skin=None, labels=None, threads=None)"
+    )]
     fn new(pair: &Bound<'_, Pair>, options: Option<&Bound<'_, PyDict>>) -> PyResult<Self> {
         let py = pair.py();
         let options = match options {
@@ -87,6 +150,38 @@ impl Graft {
         given.make(pair, options.unbind())
     }
 
+    /// Lay a texture over a base.
+    ///
+    /// Parameters
+    /// ----------
+    /// texture : ndarray, PIL image or path
+    ///     In the source's layout, of any size.
+    /// base : ndarray, PIL image, path or colour, optional
+    ///     In the target's layout, or a colour such as ``"#808080"``. Without one, colours are laid over
+    ///     transparency, data over 0 and normals over flat ones.
+    /// out : ndarray, optional
+    ///     C-contiguous array for the result; may be `base` itself, which then saves a copy.
+    /// threads : int, optional
+    ///     In place of the graft's own.
+    ///
+    /// Returns
+    /// -------
+    /// ndarray
+    ///     `out`, or a new array with the channels of both and the wider dtype of the two, of shape
+    ///     (height, width, channels), or (height, width) if both are such.
+    ///
+    /// Warns
+    /// -----
+    /// UserWarning
+    ///     If no tone can be matched, or a tone is implausible; for NaN and infinite values, which are
+    ///     left out.
+    ///
+    /// Raises
+    /// ------
+    /// TypeError, ValueError
+    ///     For arrays of other dtypes and shapes, and for sizes that differ from the graft's.
+    /// OSError
+    ///     For files that cannot be read.
     #[pyo3(signature = (texture, base=None, *, out=None, threads=None))]
     fn apply<'py>(
         &self,
@@ -113,6 +208,33 @@ impl Graft {
         texture, base=None, *, steps=None, min_gain=None, regularization=None, smoothness=None,
         progress=None, out=None, threads=None
     ))]
+    /// Solve for the texture that reads back best, instead of sampling it.
+    ///
+    /// Parameters
+    /// ----------
+    /// texture, base, out, threads
+    ///     As in `apply`.
+    /// steps : int, optional
+    ///     Maximum number of steps.
+    /// min_gain : float, optional
+    ///     Stop after a step that lowers the error by less than this fraction.
+    /// regularization, smoothness : float, optional
+    ///     Weights that hold the solution to the sampled texture, and its differences to those of the
+    ///     sampled texture.
+    /// progress : callable or bool, optional
+    ///     Called as ``progress(step, max_steps, rms)`` before the first step and after each.
+    ///
+    /// Returns
+    /// -------
+    /// Fit
+    ///     The texture, and how well it fits.
+    ///
+    /// Raises
+    /// ------
+    /// ValueError
+    ///     For NaN and infinite values.
+    /// uvgraft.Error
+    ///     For normals, averaged overlaps and the filter nearest, which cannot be fitted.
     fn fit<'py>(
         &self,
         py: Python<'py>,
@@ -155,7 +277,17 @@ impl Graft {
         kind.call1((fitted, steps, sampled_rms, fitted_rms, share_met))
     }
 
-    /// The tone that a blend would match a texture and a base with, in figures.
+    /// Return how the blend changes the colours of a texture and a base; None without a blend that does.
+    ///
+    /// Parameters
+    /// ----------
+    /// texture, base, threads
+    ///     As in `apply`.
+    ///
+    /// Raises
+    /// ------
+    /// uvgraft.Error
+    ///     If no tone can be estimated.
     #[pyo3(signature = (texture, base=None, *, threads=None))]
     fn tone<'py>(
         &self,
@@ -186,6 +318,17 @@ impl Graft {
         kind.call1(figures).map(Some)
     }
 
+    /// Return the texels that are transferred.
+    ///
+    /// Parameters
+    /// ----------
+    /// size, source_size : int or (int, int), optional
+    ///     Size of the target, by default the graft's, and of textures.
+    ///
+    /// Returns
+    /// -------
+    /// ndarray of uint8, shape (height, width)
+    ///     255 where the texture covers the base, less where the base shows through a feather.
     #[pyo3(signature = (*, size=None, source_size=None))]
     fn mask<'py>(
         &self,
@@ -198,6 +341,12 @@ impl Graft {
         array(py, mask, true)
     }
 
+    /// Return the sampling map.
+    ///
+    /// Parameters
+    /// ----------
+    /// size, source_size : int or (int, int), optional
+    ///     Size of the target, by default the graft's, and of textures.
     #[pyo3(signature = (*, size=None, source_size=None))]
     fn map(
         &self,
@@ -210,6 +359,14 @@ impl Graft {
         Ok(SamplingMap { map, threads: self.threads })
     }
 
+    /// Return the transfer as a matrix.
+    ///
+    /// Parameters
+    /// ----------
+    /// size : int or (int, int), optional
+    ///     Size of the target, by default the graft's.
+    /// source_size : int or (int, int)
+    ///     Size of textures.
     #[pyo3(signature = (*, size=None, source_size))]
     fn operator(
         &self,
@@ -222,16 +379,19 @@ impl Graft {
         Ok(Operator { operator: Arc::new(operator), threads: self.threads })
     }
 
+    /// The pair.
     #[getter]
     fn pair(&self, py: Python<'_>) -> Py<Pair> {
         self.pair.clone_ref(py)
     }
 
+    /// Whether textures go from the pair's target to its source.
     #[getter]
     fn reverse(&self) -> bool {
         self.settings.direction == Direction::Reverse
     }
 
+    /// The interpolation filter.
     #[getter]
     fn filter(&self) -> &'static str {
         filter_name(self.settings.filter)
@@ -272,7 +432,8 @@ impl Graft {
         source_size: Option<&Bound<'_, PyAny>>,
     ) -> PyResult<Arc<CoreGraft>> {
         let to = size.map(|size| arguments::size("size", size)).transpose()?.or(self.size);
-        let to = to.ok_or_else(|| bad_value("size is required, here or in Graft(pair, size=...)"))?;
+        let to =
+            to.ok_or_else(|| bad_value("size is required, here or in Graft(pair, size=...)"))?;
         let from = source_size.map(|size| arguments::size("source_size", size)).transpose()?;
         self.graft(py, Sizes { from: from.unwrap_or(Size::square(1)), to }, self.threads)
     }

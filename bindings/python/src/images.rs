@@ -9,14 +9,56 @@ use uvgraft_io::image::{self, WriteError, WriteOptions};
 use crate::arrays::{array, texture};
 use crate::error::{failed, of_file, of_reading};
 
-/// Reads an image file.
+/// Read an image file.
+///
+/// Parameters
+/// ----------
+/// path : path
+///     PNG, JPEG, WebP, TIFF or EXR, detected from the content. EXIF orientation is applied.
+///
+/// Returns
+/// -------
+/// ndarray, shape (height, width, channels)
+///     uint8, uint16 or float32, with 1 to 4 channels, as the file has them.
+///
+/// Raises
+/// ------
+/// OSError
+///     If the file cannot be read.
+/// uvgraft.Error
+///     If it is not a whole image, or too large.
 #[pyfunction]
 pub(crate) fn read_image(py: Python<'_>, path: PathBuf) -> PyResult<Bound<'_, PyAny>> {
     let read = py.detach(|| image::read(&path)).map_err(of_reading)?;
     array(py, read.texture, false)
 }
 
-/// Writes an image file, whole or not at all.
+/// Write an image file, whole or not at all.
+///
+/// Parameters
+/// ----------
+/// path : path
+///     Its extension says the format.
+/// image : ndarray or PIL image
+///     1 to 4 channels.
+/// encoding : {"srgb", "linear", "data"}
+///     What its values are.
+/// compress : bool
+///     Write a smaller file, more slowly.
+/// quality : int
+///     JPEG quality, 1 to 100.
+///
+/// Warns
+/// -----
+/// UserWarning
+///     If the format cannot hold all of the image.
+///
+/// Raises
+/// ------
+/// OSError
+///     If the file cannot be written.
+/// uvgraft.Error
+///     If the format cannot hold the image.
 #[pyfunction]
 #[pyo3(signature = (path, image, *, encoding="srgb", compress=false, quality=95))]
 pub(crate) fn write_image(

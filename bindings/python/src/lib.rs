@@ -23,14 +23,19 @@ mod threads;
 
 use pyo3::prelude::*;
 
-/// Sets the number of threads of calls that name none; 0 is one for each processor.
+/// Set the number of threads of calls that name none.
+///
+/// Parameters
+/// ----------
+/// threads : int
+///     0 for one per processor, which is the default. Results never depend on it.
 #[pyfunction]
 fn set_threads(py: Python<'_>, threads: i64) -> PyResult<()> {
     threads::set_default(py, threads::checked(Some(threads))?.unwrap_or(0));
     Ok(())
 }
 
-/// The number of threads of calls that name none.
+/// Return the number of threads of calls that name none; 0 is one per processor.
 #[pyfunction]
 fn get_threads(py: Python<'_>) -> usize {
     threads::default(py)

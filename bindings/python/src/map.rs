@@ -14,6 +14,21 @@ use crate::pair::Pair;
 use crate::threads;
 
 /// For each texel of a target texture, where in the source its value comes from.
+///
+/// Parameters
+/// ----------
+/// pair : Pair
+///     The meshes.
+/// size : int or (int, int)
+///     Size of the target: a side in texels, or ``(height, width)``.
+/// reverse : bool
+///     From the pair's target to its source.
+/// gutter : int
+///     Width of the gutter around UV islands in texels, 0 to 256.
+/// prefer : {"first", "left", "right"}
+///     UV island that owns texels that several cover.
+/// threads : int, optional
+///     Number of threads, 0 for one per processor; see `set_threads`.
 #[pyclass(frozen, module = "uvgraft", name = "SamplingMap")]
 pub(crate) struct SamplingMap {
     pub(crate) map: Arc<CoreMap>,
@@ -39,29 +54,54 @@ impl SamplingMap {
         let options = options(gutter, prefer)?;
         let threads = threads::checked(threads)?;
         let pair = Arc::clone(&pair.file.pair);
-        let map = threads::run(py, threads, || {
-            CoreMap::new(&pair, direction(reverse), size, &options)
-        })?;
+        let map =
+            threads::run(py, threads, || CoreMap::new(&pair, direction(reverse), size, &options))?;
         Ok(Self { map: Arc::new(map), threads })
     }
 
+    /// Height and width in texels.
     #[getter]
     fn shape(&self) -> (u32, u32) {
         let Size { width, height } = self.map.size();
         (height, width)
     }
 
+    /// Return source positions as UV coordinates.
+    ///
+    /// Parameters
+    /// ----------
+    /// gutter : bool
+    ///     Whether the gutter has positions too.
+    ///
+    /// Returns
+    /// -------
+    /// ndarray of float32, shape (height, width, 2)
+    ///     Origin at the top left, 0 to 1 across the source; NaN where nothing is read.
     #[pyo3(signature = (*, gutter=true))]
     fn uv<'py>(&self, py: Python<'py>, gutter: bool) -> PyResult<Bound<'py, PyAny>> {
         self.positions(py, gutter, f32::NAN, |uv| uv.map(|value| value as f32))
     }
 
+    /// Return positions for ``torch.nn.functional.grid_sample`` with ``align_corners=False``.
     #[pyo3(signature = (*, gutter=true))]
     fn _grid<'py>(&self, py: Python<'py>, gutter: bool) -> PyResult<Bound<'py, PyAny>> {
         // Outside of -1 to 1 by more than any filter reads, so padding with zeros gives 0.
         self.positions(py, gutter, -3.0, |uv| uv.map(|value| (2.0 * value - 1.0) as f32))
     }
 
+    /// Return source positions for ``cv2.remap``.
+    ///
+    /// Parameters
+    /// ----------
+    /// source_size : int or (int, int)
+    ///     Size of source textures.
+    /// gutter : bool
+    ///     Whether the gutter has positions too.
+    ///
+    /// Returns
+    /// -------
+    /// x, y : ndarray of float32, shape (height, width)
+    ///     Texel indices in the source, 0 at the centre of the first; -10000 where nothing is read.
     #[pyo3(signature = (source_size, *, gutter=true))]
     fn remap<'py>(
         &self,
@@ -73,15 +113,24 @@ impl SamplingMap {
         let sides = [f64::from(source.width), f64::from(source.height)];
         let both: [Bound<'py, PyAny>; 2] = {
             let on = |axis: usize| {
-                self.values(py, gutter, -1e4_f32, move |uv| {
-                    (uv[axis] * sides[axis] - 0.5) as f32
-                })
+                self.values(py, gutter, -1e4_f32, move |uv| (uv[axis] * sides[axis] - 0.5) as f32)
             };
             [on(0)?, on(1)?]
         };
         Ok(both.into())
     }
 
+    /// Return the triangle of the target that owns each texel.
+    ///
+    /// Parameters
+    /// ----------
+    /// gutter : bool
+    ///     Whether texels of the gutter belong to the triangle beside them.
+    ///
+    /// Returns
+    /// -------
+    /// ndarray of int32, shape (height, width)
+    ///     Indices of faces, -1 where there is none.
     #[pyo3(signature = (*, gutter=false))]
     fn faces<'py>(&self, py: Python<'py>, gutter: bool) -> PyResult<Bound<'py, PyAny>> {
         let map = Arc::clone(&self.map);
@@ -89,7 +138,8 @@ impl SamplingMap {
         let faces = threads::run(py, self.threads, || {
             let mut faces = vec![-1_i32; map.size().texels()];
             for_each_chunk(&mut faces, width as usize, |row, faces| {
-                for &run in map.row(row as u32).iter().filter(|run| gutter || !map.is_gutter(**run)) {
+                for &run in map.row(row as u32).iter().filter(|run| gutter || !map.is_gutter(**run))
+                {
                     let face = map.patches()[run.patch as usize].face.cast_signed();
                     faces[run.x as usize..(run.x + run.len) as usize].fill(face);
                 }
@@ -99,11 +149,13 @@ impl SamplingMap {
         shaped(py, faces, vec![height as usize, width as usize])
     }
 
+    /// Return where linked triangles own texels: uint8 of shape (height, width), 255 inside.
     fn mask<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
         let mask = py.detach(|| self.map.mask());
         array(py, mask, true)
     }
 
+    /// Numbers of texels that are ``linked``, in the ``gutter``, ``covered`` and ``overlapping``.
     #[getter]
     fn stats<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
         let found = self.map.stats();
@@ -163,7 +215,8 @@ impl SamplingMap {
             let mut values = vec![nowhere; map.size().texels()];
             for_each_chunk(&mut values, width, |row, values| {
                 let y = row as f64 + 0.5;
-                for &run in map.row(row as u32).iter().filter(|run| gutter || !map.is_gutter(**run)) {
+                for &run in map.row(row as u32).iter().filter(|run| gutter || !map.is_gutter(**run))
+                {
                     let at = &map.patches()[run.patch as usize].src_uv_from_tgt_px;
                     for x in run.x..run.x + run.len {
                         values[x as usize] = value(at.at([f64::from(x) + 0.5, y]));

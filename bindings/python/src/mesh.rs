@@ -12,7 +12,30 @@ use crate::arguments::chosen;
 use crate::arrays::{rows, shaped};
 use crate::error::{bad_value, failed, of_any_file};
 
-/// A triangle mesh with a UV layout.
+/// A triangle mesh with a UV layout. It cannot be changed.
+///
+/// Parameters
+/// ----------
+/// positions : array_like of float32, shape (vertices, 3)
+///     In the mesh's own unit, usually metres.
+/// faces : array_like of int, shape (triangles, 3)
+///     Indices into `positions`.
+/// uv : array_like of float32, shape (coordinates, 2)
+///     0 to 1 inside the texture.
+/// uv_faces : array_like of int, shape (triangles, 3), optional
+///     Indices into `uv`; by default those of `faces`.
+/// uv_origin : {"bottom-left", "top-left"}
+///     Where `uv` has its origin: at the bottom left as in OBJ files and Blender, or at the top left
+///     as in glTF and in image arrays.
+/// name : str
+///     What messages and pair files call it.
+///
+/// Raises
+/// ------
+/// TypeError, ValueError
+///     For arrays of other dtypes and shapes.
+/// uvgraft.Error
+///     For coordinates that are not finite, and indices that do not exist.
 #[pyclass(frozen, module = "uvgraft", name = "Mesh")]
 pub(crate) struct Mesh {
     pub(crate) mesh: Arc<CoreMesh>,
@@ -47,37 +70,55 @@ impl Mesh {
         Ok(Self { mesh: Arc::new(mesh), name })
     }
 
+    /// Load a mesh file.
+    ///
+    /// Parameters
+    /// ----------
+    /// path : path
+    ///     OBJ, PLY, GLB, glTF or a body model (NPZ, pickle, which is never executed); the format is
+    ///     detected from the content. A part is selected by ``"FILE#NAME"``, a UV set by ``"FILE#1"``.
+    ///
+    /// Raises
+    /// ------
+    /// OSError
+    ///     If the file cannot be read.
+    /// uvgraft.Error
+    ///     If it is not a mesh with UV coordinates.
     #[staticmethod]
     fn load(py: Python<'_>, path: PathBuf) -> PyResult<Self> {
-        let loaded = py
-            .detach(|| mesh_file::read(&path))
-            .map_err(|error| of_any_file(&error, &path))?;
+        let loaded =
+            py.detach(|| mesh_file::read(&path)).map_err(|error| of_any_file(&error, &path))?;
         Ok(Self { mesh: Arc::new(loaded.mesh), name: loaded.name })
     }
 
+    /// What messages call it: usually the name of its file.
     #[getter]
     fn name(&self) -> &str {
         &self.name
     }
 
+    /// Positions, float32 of shape (vertices, 3), in the mesh's unit. A copy.
     #[getter]
     fn positions<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
         let values = self.mesh.positions();
         shaped(py, values.as_flattened().to_vec(), vec![values.len(), 3])
     }
 
+    /// UV coordinates, float32 of shape (coordinates, 2), origin at the top left. A copy.
     #[getter]
     fn uv<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
         let values = self.mesh.uv();
         shaped(py, values.as_flattened().to_vec(), vec![values.len(), 2])
     }
 
+    /// Indices into `positions`, uint32 of shape (triangles, 3). A copy.
     #[getter]
     fn faces<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
         let values = self.mesh.faces();
         shaped(py, values.as_flattened().to_vec(), vec![values.len(), 3])
     }
 
+    /// Indices into `uv`, uint32 of shape (triangles, 3). A copy.
     #[getter]
     fn uv_faces<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
         let values = self.mesh.uv_faces();
@@ -112,8 +153,7 @@ impl Mesh {
 /// Indices that are not negative.
 fn indices(rows: &[[i64; 3]], what: &str) -> PyResult<Vec<[u32; 3]>> {
     let index = |value: i64| {
-        u32::try_from(value)
-            .map_err(|_| bad_value(format_args!("{what}: {value} is not an index")))
+        u32::try_from(value).map_err(|_| bad_value(format_args!("{what}: {value} is not an index")))
     };
     rows.iter().map(|&[a, b, c]| Ok([index(a)?, index(b)?, index(c)?])).collect()
 }

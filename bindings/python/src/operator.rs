@@ -10,7 +10,10 @@ use crate::arrays::{numbers, shaped};
 use crate::error::bad_value;
 use crate::threads;
 
-/// The linear part of a transfer.
+/// The linear part ``H`` of a transfer, with its transpose; from `Graft.operator`.
+///
+/// Values are float32. Channels are independent of each other, and alpha is one like any other, so
+/// colours have to be premultiplied. Where UV islands overlap, the island that owns a texel is read.
 #[pyclass(frozen, module = "uvgraft", name = "Operator")]
 pub(crate) struct Operator {
     pub(crate) operator: Arc<CoreOperator>,
@@ -25,18 +28,33 @@ const MAX_CHANNELS: usize = 4;
 
 #[pymethods]
 impl Operator {
+    /// Height and width of source textures.
     #[getter]
     fn source_shape(&self) -> (u32, u32) {
         let Size { width, height } = self.operator.source_size();
         (height, width)
     }
 
+    /// Height and width of target textures.
     #[getter]
     fn target_shape(&self) -> (u32, u32) {
         let Size { width, height } = self.operator.target_size();
         (height, width)
     }
 
+    /// Apply ``H``.
+    ///
+    /// Parameters
+    /// ----------
+    /// texture : array_like of float32, shape (h, w) or (h, w, channels)
+    ///     A source texture, 1 to 4 channels.
+    /// threads : int, optional
+    ///     In place of the graft's own.
+    ///
+    /// Returns
+    /// -------
+    /// ndarray of float32
+    ///     The target texture, with as many axes. Texels that nothing reaches are 0.
     #[pyo3(signature = (texture, *, threads=None))]
     fn forward<'py>(
         &self,
@@ -48,6 +66,19 @@ impl Operator {
         self.product(py, texture, sizes, CoreOperator::apply, threads)
     }
 
+    /// Apply the transpose of ``H``.
+    ///
+    /// Parameters
+    /// ----------
+    /// texture : array_like of float32, shape (h, w) or (h, w, channels)
+    ///     A target texture, 1 to 4 channels.
+    /// threads : int, optional
+    ///     In place of the graft's own.
+    ///
+    /// Returns
+    /// -------
+    /// ndarray of float32
+    ///     A source texture, with as many axes. Texels that nothing reads are 0.
     #[pyo3(signature = (texture, *, threads=None))]
     fn adjoint<'py>(
         &self,
@@ -83,7 +114,19 @@ impl Operator {
         self.plane_product(py, planes, sizes, CoreOperator::apply_transposed, threads)
     }
 
-    /// The parts of a matrix in SciPy's CSR form: `(data, indices, indptr), shape`.
+    /// Return the matrix in SciPy's form.
+    ///
+    /// Parameters
+    /// ----------
+    /// threads : int, optional
+    ///     In place of the graft's own.
+    ///
+    /// Returns
+    /// -------
+    /// (data, indices, indptr) : (ndarray of float32, ndarray of int32, ndarray of int64)
+    ///     Rows are texels of the target and columns texels of the source, both row by row.
+    /// shape : (int, int)
+    ///     ``scipy.sparse.csr_array(*operator.csr())`` is the matrix.
     #[pyo3(signature = (*, threads=None))]
     fn csr<'py>(
         &self,

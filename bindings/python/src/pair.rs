@@ -19,6 +19,38 @@ use crate::mesh::Mesh;
 use crate::threads;
 
 /// Two meshes and the parts of their triangles that correspond.
+///
+/// Made once for two meshes; it serves textures of all sizes in both directions. It can be saved,
+/// loaded and pickled.
+///
+/// Parameters
+/// ----------
+/// source, target : Mesh or path
+///     The meshes that textures come from and go to.
+/// vertex_map : array_like of int, shape (source vertices,), or path, optional
+///     For each vertex of the source, the corresponding vertex of the target, or -1.
+/// by : {"auto", "vertex-map", "faces", "topology", "surface"}
+///     How corresponding triangles are found without a vertex map: equal faces, equal connectivity,
+///     or by registering the surfaces. ``"auto"`` takes the first that links them.
+/// align : {"similarity", "rigid", "none"}
+///     How surfaces are aligned before they are registered.
+/// landmarks : array_like of int, shape (n, 2), optional
+///     Vertices of the source and the target that correspond, to guide the registration.
+/// reach, visibility : float, optional
+///     Limits of the registration, 0 to 1: see ``uvgraft pair --help``.
+/// note : str, optional
+///     A note on licences, kept with the pair.
+/// threads : int, optional
+///     Number of threads, 0 for one per processor; see `set_threads`.
+///
+/// Raises
+/// ------
+/// uvgraft.Error
+///     If the meshes do not correspond.
+/// TypeError, ValueError
+///     For arguments of other types, and values that are not allowed.
+/// OSError
+///     For files that cannot be read.
 #[pyclass(frozen, module = "uvgraft", name = "Pair")]
 pub(crate) struct Pair {
     pub(crate) file: PairFile,
@@ -80,7 +112,9 @@ impl Pair {
             options.surface.landmarks = read_landmarks(given)?;
         }
         let note = note.unwrap_or_else(|| {
-            format!("made from {source_name} and {target_name}, whose licences hold for this pair too")
+            format!(
+                "made from {source_name} and {target_name}, whose licences hold for this pair too"
+            )
         });
         let threads = threads::checked(threads)?;
         let (pair, method) = threads::run(py, threads, move || match ids {
@@ -96,25 +130,42 @@ impl Pair {
         Ok(Self { file, method: Some(method) })
     }
 
+    /// Load a pair file.
+    ///
+    /// Raises
+    /// ------
+    /// OSError
+    ///     If the file cannot be read.
+    /// uvgraft.Error
+    ///     If it is not a whole pair file of a known version.
     #[staticmethod]
     fn load(py: Python<'_>, path: PathBuf) -> PyResult<Self> {
         py.detach(|| pair_file::read(&path)).map(Self::of_file).map_err(of_reading)
     }
 
+    /// Make a pair from the content of a pair file; errors are those of `load`.
     #[staticmethod]
     fn from_bytes(py: Python<'_>, data: &[u8]) -> PyResult<Self> {
         py.detach(|| pair_file::decode(data)).map(Self::of_file).map_err(failed)
     }
 
+    /// Write a pair file, whole or not at all.
+    ///
+    /// Raises
+    /// ------
+    /// OSError
+    ///     If it cannot be written.
     fn save(&self, py: Python<'_>, path: PathBuf) -> PyResult<()> {
         py.detach(|| pair_file::write(&self.file, &path)).map_err(|reason| of_file(&reason, &path))
     }
 
+    /// Return the content of a pair file.
     fn to_bytes<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyBytes>> {
         let bytes = py.detach(|| pair_file::encode(&self.file)).map_err(failed)?;
         Ok(PyBytes::new(py, &bytes))
     }
 
+    /// The mesh that textures come from.
     #[getter]
     fn source(&self) -> Mesh {
         Mesh {
@@ -123,6 +174,7 @@ impl Pair {
         }
     }
 
+    /// The mesh that textures go to.
     #[getter]
     fn target(&self) -> Mesh {
         Mesh {
@@ -131,16 +183,19 @@ impl Pair {
         }
     }
 
+    /// A note from the owners of the meshes.
     #[getter]
     fn note(&self) -> &str {
         &self.file.note
     }
 
+    /// How the meshes were linked; None for a pair that was loaded.
     #[getter]
     fn method(&self) -> Option<&str> {
         self.method.as_deref()
     }
 
+    /// Number of parts of triangles that correspond.
     #[getter]
     fn piece_count(&self) -> usize {
         self.file.pair.piece_count()

@@ -23,11 +23,7 @@ pub(crate) fn selection(domain: &BlendDomain, region: &Bound<'_, PyAny>) -> PyRe
     follow(domain, &recipe.cast_into::<PyTuple>()?, 0)
 }
 
-fn follow(
-    domain: &BlendDomain,
-    recipe: &Bound<'_, PyTuple>,
-    depth: usize,
-) -> PyResult<Selection> {
+fn follow(domain: &BlendDomain, recipe: &Bound<'_, PyTuple>, depth: usize) -> PyResult<Selection> {
     if depth > MAX_DEPTH {
         return Err(bad_value("region is made of too many others in each other"));
     }

@@ -16,6 +16,7 @@ read, a PIL image or the path of an image file will do as well. Sizes are one si
 ``(height, width)`` as in an array's shape. The interpreter's lock is released while uvgraft works.
 """
 
+from uvgraft._file_transfer import FileTransfer, Transferred
 from uvgraft._region import Region
 from uvgraft._results import Fit, Tone
 from uvgraft._uvgraft import (
@@ -34,6 +35,7 @@ from uvgraft._uvgraft import (
 
 __all__ = [
     "Error",
+    "FileTransfer",
     "Fit",
     "Graft",
     "Mesh",
@@ -42,6 +44,7 @@ __all__ = [
     "Region",
     "SamplingMap",
     "Tone",
+    "Transferred",
     "__version__",
     "get_threads",
     "read_image",

@@ -1,0 +1,230 @@
+"""The compiled part of uvgraft. Docstrings are those of the module: ``help(uvgraft.Graft)``."""
+
+import os
+from collections.abc import Callable, Iterable, Sequence
+from typing import Any, Literal, TypeAlias, final
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from uvgraft._region import Region
+from uvgraft._results import Fit, Tone
+
+StrPath: TypeAlias = str | os.PathLike[str]
+# An array, a PIL image, anything else with `__array__`, or the path of an image file.
+Image: TypeAlias = Any
+Size: TypeAlias = int | tuple[int, int]
+FilterName: TypeAlias = Literal["nearest", "bilinear", "catmull-rom", "lanczos3"]
+Prefer: TypeAlias = Literal["first", "left", "right"]
+NormalY: TypeAlias = Literal["opengl", "directx"]
+
+__version__: str
+
+class Error(Exception): ...
+
+@final
+class Mesh:
+    def __new__(
+        cls,
+        positions: ArrayLike,
+        faces: ArrayLike,
+        uv: ArrayLike,
+        uv_faces: ArrayLike | None = None,
+        *,
+        uv_origin: Literal["bottom-left", "top-left"],
+        name: str = "mesh",
+    ) -> Mesh: ...
+    @staticmethod
+    def load(path: StrPath) -> Mesh: ...
+    @property
+    def name(self) -> str: ...
+    @property
+    def positions(self) -> NDArray[np.float32]: ...
+    @property
+    def uv(self) -> NDArray[np.float32]: ...
+    @property
+    def faces(self) -> NDArray[np.uint32]: ...
+    @property
+    def uv_faces(self) -> NDArray[np.uint32]: ...
+    def __reduce__(self) -> tuple[Any, ...]: ...
+
+@final
+class Pair:
+    def __new__(
+        cls,
+        source: Mesh | StrPath,
+        target: Mesh | StrPath,
+        *,
+        vertex_map: ArrayLike | StrPath | None = None,
+        by: Literal["auto", "vertex-map", "faces", "topology", "surface"] = "auto",
+        align: Literal["similarity", "rigid", "none"] = "similarity",
+        landmarks: ArrayLike | None = None,
+        reach: float | None = None,
+        visibility: float | None = None,
+        note: str | None = None,
+        threads: int | None = None,
+    ) -> Pair: ...
+    @staticmethod
+    def load(path: StrPath) -> Pair: ...
+    @staticmethod
+    def from_bytes(data: bytes) -> Pair: ...
+    def save(self, path: StrPath) -> None: ...
+    def to_bytes(self) -> bytes: ...
+    @property
+    def source(self) -> Mesh: ...
+    @property
+    def target(self) -> Mesh: ...
+    @property
+    def note(self) -> str: ...
+    @property
+    def method(self) -> str | None: ...
+    @property
+    def piece_count(self) -> int: ...
+    def __eq__(self, other: object) -> bool: ...
+    def __ne__(self, other: object) -> bool: ...
+    def __hash__(self) -> int: ...
+    def __reduce__(self) -> tuple[Any, ...]: ...
+
+@final
+class Graft:
+    def __new__(
+        cls,
+        pair: Pair,
+        *,
+        size: Size | None = None,
+        reverse: bool = False,
+        filter: FilterName | None = None,
+        gutter: int = 16,
+        prefer: Prefer = "first",
+        overlap: Literal["first", "average"] = "first",
+        linear_light: bool = False,
+        encoding: Literal["srgb", "linear"] = "srgb",
+        content: Literal["color", "data", "normals"] = "color",
+        normal_y: NormalY = "opengl",
+        normal_y_out: NormalY | None = None,
+        region: Region | None = None,
+        blend: Literal["none", "feather", "membrane"] | None = None,
+        feather: float | None = None,
+        tone: Literal["base", "source", "both", "none"] = "base",
+        match_skin: bool = False,
+        keep_all: bool = False,
+        skin: Image | None = None,
+        labels: Image | None = None,
+        threads: int | None = None,
+    ) -> Graft: ...
+    def apply(
+        self,
+        texture: Image,
+        base: Image | None = None,
+        *,
+        out: NDArray[Any] | None = None,
+        threads: int | None = None,
+    ) -> NDArray[Any]: ...
+    def fit(
+        self,
+        texture: Image,
+        base: Image | None = None,
+        *,
+        steps: int | None = None,
+        min_gain: float | None = None,
+        regularization: float | None = None,
+        smoothness: float | None = None,
+        progress: Callable[[int, int, float], object] | bool | None = None,
+        out: NDArray[Any] | None = None,
+        threads: int | None = None,
+    ) -> Fit: ...
+    def tone(
+        self, texture: Image, base: Image | None = None, *, threads: int | None = None
+    ) -> Tone | None: ...
+    def mask(
+        self, *, size: Size | None = None, source_size: Size | None = None
+    ) -> NDArray[np.uint8]: ...
+    def map(self, *, size: Size | None = None, source_size: Size | None = None) -> SamplingMap: ...
+    def operator(self, *, size: Size | None = None, source_size: Size) -> Operator: ...
+    @property
+    def pair(self) -> Pair: ...
+    @property
+    def reverse(self) -> bool: ...
+    @property
+    def filter(self) -> FilterName: ...
+    def __getnewargs_ex__(self) -> tuple[tuple[Pair], dict[str, Any]]: ...
+
+@final
+class SamplingMap:
+    def __new__(
+        cls,
+        pair: Pair,
+        *,
+        size: Size,
+        reverse: bool = False,
+        gutter: int = 16,
+        prefer: Prefer = "first",
+        threads: int | None = None,
+    ) -> SamplingMap: ...
+    @property
+    def shape(self) -> tuple[int, int]: ...
+    def uv(self, *, gutter: bool = True) -> NDArray[np.float32]: ...
+    def _grid(self, *, gutter: bool = True) -> NDArray[np.float32]: ...
+    def remap(
+        self, source_size: Size, *, gutter: bool = True
+    ) -> tuple[NDArray[np.float32], NDArray[np.float32]]: ...
+    def faces(self, *, gutter: bool = False) -> NDArray[np.int32]: ...
+    def mask(self) -> NDArray[np.uint8]: ...
+    @property
+    def stats(self) -> dict[str, int]: ...
+
+@final
+class Operator:
+    @property
+    def source_shape(self) -> tuple[int, int]: ...
+    @property
+    def target_shape(self) -> tuple[int, int]: ...
+    def forward(self, texture: ArrayLike, *, threads: int | None = None) -> NDArray[np.float32]: ...
+    def adjoint(self, texture: ArrayLike, *, threads: int | None = None) -> NDArray[np.float32]: ...
+    def _forward_planes(
+        self, planes: ArrayLike, *, threads: int | None = None
+    ) -> NDArray[np.float32]: ...
+    def _adjoint_planes(
+        self, planes: ArrayLike, *, threads: int | None = None
+    ) -> NDArray[np.float32]: ...
+    def csr(
+        self, *, threads: int | None = None
+    ) -> tuple[
+        tuple[NDArray[np.float32], NDArray[np.int32], NDArray[np.int64]], tuple[int, int]
+    ]: ...
+
+@final
+class PreparedTransfer:
+    def __new__(
+        cls, arguments: Iterable[str], *, threads: int | None = None
+    ) -> PreparedTransfer: ...
+    def to_file(
+        self, source: StrPath, output: StrPath, *, threads: int | None = None
+    ) -> tuple[float | None, int, int, int, list[str], list[str]]: ...
+    def to_bytes(
+        self,
+        data: bytes,
+        *,
+        name: str = "texture",
+        format: str = "png",
+        threads: int | None = None,
+    ) -> tuple[bytes, tuple[float | None, int, int, int, list[str], list[str]]]: ...
+    @property
+    def fingerprint(self) -> str: ...
+    @property
+    def shape(self) -> tuple[int, int]: ...
+    def made_from_bytes(self, data: bytes) -> str: ...
+    def made_from_file(self, source: StrPath) -> str: ...
+
+def read_image(path: StrPath) -> NDArray[Any]: ...
+def write_image(
+    path: StrPath,
+    image: Image,
+    *,
+    encoding: Literal["srgb", "linear", "data"] = "srgb",
+    compress: bool = False,
+    quality: int = 95,
+) -> None: ...
+def set_threads(threads: int) -> None: ...
+def get_threads() -> int: ...
+def run_command(arguments: Sequence[StrPath]) -> int: ...
