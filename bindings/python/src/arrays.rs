@@ -95,8 +95,8 @@ fn shape(array: &Bound<'_, PyUntypedArray>, what: &str) -> PyResult<(Size, Chann
     let wrong = || {
         bad_value(format_args!(
             "{what} must have shape (height, width) or (height, width, channels) with 1 to 4 \
-             channels, got {:?}",
-            array.shape()
+             channels, got {}",
+            shape_text(array.shape())
         ))
     };
     let (height, width, channels) = match *array.shape() {
@@ -109,11 +109,20 @@ fn shape(array: &Bound<'_, PyUntypedArray>, what: &str) -> PyResult<(Size, Chann
     let side = |texels: usize| match u32::try_from(texels) {
         Ok(texels) if (1..=max).contains(&texels) => Ok(texels),
         _ => Err(bad_value(format_args!(
-            "{what} must have 1 to {max} texels a side, got {:?}",
-            array.shape()
+            "{what} must have 1 to {max} texels a side, got {}",
+            shape_text(array.shape())
         ))),
     };
     Ok((Size::new(side(width)?, side(height)?), channels))
+}
+
+/// A shape as Python writes it.
+pub(crate) fn shape_text(shape: &[usize]) -> String {
+    let sides: Vec<String> = shape.iter().map(ToString::to_string).collect();
+    match &sides[..] {
+        [only] => format!("({only},)"),
+        _ => format!("({})", sides.join(", ")),
+    }
 }
 
 /// The channels of texels with a number of values.
@@ -172,7 +181,8 @@ pub(crate) fn numbers<T: Element + Copy + Send + Sync>(
         _ => matches!(found, b'i' | b'u'),
     };
     // An empty list is an array of floats to NumPy.
-    if !is_right && !array.is_empty() {
+    let is_empty_list = array.is_empty() && found == b'f';
+    if !is_right && !is_empty_list {
         let found = array.dtype().str()?.to_string();
         return Err(bad_type(format_args!(
             "{what} must hold numbers of dtype {dtype}, got {found}"
@@ -196,7 +206,10 @@ pub(crate) fn rows<T: Element + Copy + Send + Sync, const N: usize>(
 ) -> PyResult<Vec<[T; N]>> {
     let (shape, values) = numbers::<T>(given, what, dtype)?;
     if !matches!(shape[..], [_, columns] if columns == N) {
-        return Err(bad_value(format_args!("{what} must have shape (n, {N}), got {shape:?}")));
+        return Err(bad_value(format_args!(
+            "{what} must have shape (n, {N}), got {}",
+            shape_text(&shape)
+        )));
     }
     Ok(values.as_chunks::<N>().0.to_vec())
 }
@@ -265,8 +278,8 @@ impl<'py> OutArray<'py> {
         };
         if !is_shaped {
             return Err(bad_value(format_args!(
-                "out must have shape ({height}, {width}, {channels}), got {:?}",
-                array.shape()
+                "out must have shape ({height}, {width}, {channels}), got {}",
+                shape_text(array.shape())
             )));
         }
         let found = array.dtype().str()?.to_string();

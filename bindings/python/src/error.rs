@@ -33,14 +33,28 @@ pub(crate) fn bad_type(message: impl std::fmt::Display) -> PyErr {
 
 /// An error of the system about a file, as the subclass of `OSError` for it.
 pub(crate) fn of_file(reason: &io::Error, path: &Path) -> PyErr {
-    match reason.raw_os_error() {
+    match code_of(reason) {
         Some(code) => {
             let text = io::Error::from_raw_os_error(code).to_string();
             let text = text.split(" (os error").next().unwrap_or_default().to_owned();
-            PyOSError::new_err((code, text, path.to_path_buf()))
+            PyOSError::new_err((code, text, path.as_os_str().to_owned()))
         }
         None => failed(format_args!("{}: {reason}", path.display())),
     }
+}
+
+/// The system's number of an error; of one that a library has wrapped, that of its kind.
+fn code_of(reason: &io::Error) -> Option<i32> {
+    let by_kind = || match reason.kind() {
+        io::ErrorKind::NotFound => Some(libc::ENOENT),
+        io::ErrorKind::PermissionDenied => Some(libc::EACCES),
+        io::ErrorKind::NotADirectory => Some(libc::ENOTDIR),
+        io::ErrorKind::IsADirectory => Some(libc::EISDIR),
+        io::ErrorKind::StorageFull => Some(libc::ENOSPC),
+        io::ErrorKind::ReadOnlyFilesystem => Some(libc::EROFS),
+        _ => None,
+    };
+    reason.raw_os_error().or_else(by_kind)
 }
 
 /// An error of reading a file: of the system, or of its content.

@@ -415,7 +415,8 @@ impl Graft {
     fn sizes(&self, from: Size, base: Option<Size>) -> PyResult<Sizes> {
         match (base, self.size) {
             (Some(found), Some(wanted)) if found != wanted => Err(bad_value(format_args!(
-                "base must be {wanted} texels as the graft's size, got {found}"
+                "base must have the graft's size, ({}, {}), got ({}, {})",
+                wanted.height, wanted.width, found.height, found.width
             ))),
             (Some(to), _) | (None, Some(to)) => Ok(Sizes { from, to }),
             (None, None) => Err(bad_value(
@@ -729,8 +730,16 @@ impl<'py> Options<'py> {
         chosen("blend", &mode, &[("none", ()), ("feather", ()), ("membrane", ())])?;
         let is_matched = self.flag("match_skin")?;
         if region.is_none() && mode == "none" && !is_matched {
-            for name in ["tone", "keep_all", "skin", "labels", "feather"] {
-                if self.get(name)?.is_some() {
+            let tone = self.text("tone", "base")? != "base";
+            let given = |name| self.get(name).map(|value| value.is_some());
+            for (is_asked, name) in [
+                (tone, "tone"),
+                (self.flag("keep_all")?, "keep_all"),
+                (given("skin")?, "skin"),
+                (given("labels")?, "labels"),
+                (is_feathered, "feather"),
+            ] {
+                if is_asked {
                     return Err(bad_value(format_args!("{name} needs blend=\"membrane\"")));
                 }
             }

@@ -6,7 +6,7 @@ use numpy::PyArray1;
 use pyo3::prelude::*;
 use uvgraft::{Operator as CoreOperator, Size};
 
-use crate::arrays::{numbers, shaped};
+use crate::arrays::{numbers, shape_text, shaped};
 use crate::error::bad_value;
 use crate::threads;
 
@@ -175,7 +175,8 @@ impl Operator {
             _ => {
                 return Err(bad_value(format_args!(
                     "texture must have shape ({height}, {width}) or ({height}, {width}, channels) \
-                     with 1 to 4 channels, got {shape:?}"
+                     with 1 to 4 channels, got {}",
+                    shape_text(&shape)
                 )));
             }
         };
@@ -200,7 +201,8 @@ impl Operator {
             [count, rows, columns] if (rows, columns) == (height, width) => count,
             _ => {
                 return Err(bad_value(format_args!(
-                    "planes must have shape (planes, {height}, {width}), got {shape:?}"
+                    "planes must have shape (planes, {height}, {width}), got {}",
+                    shape_text(&shape)
                 )));
             }
         };

@@ -13,7 +13,7 @@ use uvgraft_io::pair_file::{self, PairFile};
 use uvgraft_io::vertex_map;
 
 use crate::arguments::chosen;
-use crate::arrays::{numbers, rows};
+use crate::arrays::{numbers, rows, shape_text};
 use crate::error::{bad_type, bad_value, failed, of_any_file, of_file, of_reading};
 use crate::mesh::Mesh;
 use crate::threads;
@@ -245,7 +245,10 @@ fn read_vertex_map(given: &Bound<'_, PyAny>) -> PyResult<Vec<i64>> {
     if shape.len() == 1 {
         return Ok(ids);
     }
-    Err(bad_value(format_args!("vertex_map must have shape (vertices,), got {shape:?}")))
+    Err(bad_value(format_args!(
+        "vertex_map must have shape (vertices,), got {}",
+        shape_text(&shape)
+    )))
 }
 
 fn read_landmarks(given: &Bound<'_, PyAny>) -> PyResult<Vec<[u32; 2]>> {

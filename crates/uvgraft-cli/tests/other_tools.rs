@@ -25,7 +25,7 @@ fn python() -> Option<PathBuf> {
         return Some(python);
     }
     assert!(std::env::var_os("CI").is_none(), "there is no {}", python.display());
-    eprintln!("skipped: scripts/install-python-tools.sh installs what is missing");
+    eprintln!("skipped: make test-clients installs what is missing");
     None
 }
 
