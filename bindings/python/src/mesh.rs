@@ -45,14 +45,14 @@ pub(crate) struct Mesh {
 #[pymethods]
 impl Mesh {
     #[new]
-    #[pyo3(signature = (positions, faces, uv, uv_faces=None, *, uv_origin, name="mesh".to_owned()))]
+    #[pyo3(signature = (positions, faces, uv, uv_faces=None, *, uv_origin, name="mesh"))]
     fn new(
         positions: &Bound<'_, PyAny>,
         faces: &Bound<'_, PyAny>,
         uv: &Bound<'_, PyAny>,
         uv_faces: Option<&Bound<'_, PyAny>>,
         uv_origin: &str,
-        name: String,
+        name: &str,
     ) -> PyResult<Self> {
         let is_v_up =
             chosen("uv_origin", uv_origin, &[("top-left", false), ("bottom-left", true)])?;
@@ -67,7 +67,7 @@ impl Mesh {
             None => faces.clone(),
         };
         let mesh = CoreMesh::from_triangles(positions, uv, &faces, &uv_faces).map_err(failed)?;
-        Ok(Self { mesh: Arc::new(mesh), name })
+        Ok(Self { mesh: Arc::new(mesh), name: name.to_owned() })
     }
 
     /// Load a mesh file.

@@ -12,7 +12,11 @@ import uvgraft
 
 CASES = [
     ({"onto": "base.png"}, ["--onto", "base.png"], "png"),
-    ({"onto": "base.png", "blend": "membrane"}, ["--onto", "base.png", "--blend", "membrane"], "png"),
+    (
+        {"onto": "base.png", "blend": "membrane"},
+        ["--onto", "base.png", "--blend", "membrane"],
+        "png",
+    ),
     ({"onto": "#808080", "size": (96, 64)}, ["--onto", "#808080", "--size", "64x96"], "tif"),
     ({"size": 64, "filter": "bilinear"}, ["--size", "64", "--filter", "bilinear"], "webp"),
     ({"onto": "base.png", "quality": 70}, ["--onto", "base.png", "--quality", "70"], "jpg"),

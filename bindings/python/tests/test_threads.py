@@ -77,7 +77,9 @@ def test_results_do_not_depend_on_threads(pair):
     face, base = noise(64, 64, 4), noise(300, 200, 3)
     wanted = uvgraft.Graft(pair, threads=1).apply(face, base)
     for threads in (2, 3, 0):
-        np.testing.assert_array_equal(uvgraft.Graft(pair).apply(face, base, threads=threads), wanted)
+        np.testing.assert_array_equal(
+            uvgraft.Graft(pair).apply(face, base, threads=threads), wanted
+        )
     uvgraft.set_threads(1)
     try:
         assert uvgraft.get_threads() == 1

@@ -134,13 +134,9 @@ class FileTransfer:
         quality: int = 95,
         threads: int | None = None,
     ) -> None:
-        if isinstance(size, tuple):
-            size_text = "x".join(str(int(side)) for side in reversed(size))
-        else:
-            size_text = None if size is None else str(int(size))
         values: dict[str, Any] = {
             "onto": onto,
-            "size": size_text,
+            "size": _spelled_size(size),
             "reverse": reverse,
             "filter": filter,
             "gutter": gutter,
@@ -271,6 +267,15 @@ class FileTransfer:
         self._arguments = state["arguments"]
         self._threads = state["threads"]
         self._prepared = PreparedTransfer(self._arguments, threads=self._threads)
+
+
+def _spelled_size(size: int | tuple[int, int] | None) -> str | None:
+    """Spell a size as the command line does: width first."""
+    if size is None:
+        return None
+    if isinstance(size, tuple):
+        return "x".join(str(int(side)) for side in reversed(size))
+    return str(int(size))
 
 
 def _listed(parts: Iterable[str]) -> list[str]:

@@ -13,8 +13,8 @@ Side = Literal["source", "target"]
 class Region:
     """A part of the linked surface.
 
-    A region belongs to no pair: it is a recipe, which `Graft` follows on the surface of its own pair.
-    Regions combine with ``|`` (union), ``&`` (intersection) and ``-`` (difference).
+    A region belongs to no pair: it is a recipe, which `Graft` follows on the surface of its own
+    pair. Regions combine with ``|`` (union), ``&`` (intersection) and ``-`` (difference).
 
     Examples
     --------

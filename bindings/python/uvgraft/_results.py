@@ -2,7 +2,6 @@
 
 from typing import Any, NamedTuple
 
-import numpy as np
 from numpy.typing import NDArray
 
 
@@ -52,6 +51,3 @@ class Tone(NamedTuple):
     boundary_delta_e: float | None
     left_out: float
     warnings: list[str]
-
-
-Array8 = NDArray[np.uint8]

@@ -10,13 +10,13 @@ from numpy.typing import ArrayLike, NDArray
 from uvgraft._region import Region
 from uvgraft._results import Fit, Tone
 
-StrPath: TypeAlias = str | os.PathLike[str]
+_StrPath: TypeAlias = str | os.PathLike[str]
 # An array, a PIL image, anything else with `__array__`, or the path of an image file.
-Image: TypeAlias = Any
-Size: TypeAlias = int | tuple[int, int]
-FilterName: TypeAlias = Literal["nearest", "bilinear", "catmull-rom", "lanczos3"]
-Prefer: TypeAlias = Literal["first", "left", "right"]
-NormalY: TypeAlias = Literal["opengl", "directx"]
+_Image: TypeAlias = Any
+_Size: TypeAlias = int | tuple[int, int]
+_FilterName: TypeAlias = Literal["nearest", "bilinear", "catmull-rom", "lanczos3"]
+_Prefer: TypeAlias = Literal["first", "left", "right"]
+_NormalY: TypeAlias = Literal["opengl", "directx"]
 
 __version__: str
 
@@ -35,7 +35,7 @@ class Mesh:
         name: str = "mesh",
     ) -> Mesh: ...
     @staticmethod
-    def load(path: StrPath) -> Mesh: ...
+    def load(path: _StrPath) -> Mesh: ...
     @property
     def name(self) -> str: ...
     @property
@@ -52,10 +52,10 @@ class Mesh:
 class Pair:
     def __new__(
         cls,
-        source: Mesh | StrPath,
-        target: Mesh | StrPath,
+        source: Mesh | _StrPath,
+        target: Mesh | _StrPath,
         *,
-        vertex_map: ArrayLike | StrPath | None = None,
+        vertex_map: ArrayLike | _StrPath | None = None,
         by: Literal["auto", "vertex-map", "faces", "topology", "surface"] = "auto",
         align: Literal["similarity", "rigid", "none"] = "similarity",
         landmarks: ArrayLike | None = None,
@@ -65,10 +65,10 @@ class Pair:
         threads: int | None = None,
     ) -> Pair: ...
     @staticmethod
-    def load(path: StrPath) -> Pair: ...
+    def load(path: _StrPath) -> Pair: ...
     @staticmethod
     def from_bytes(data: bytes) -> Pair: ...
-    def save(self, path: StrPath) -> None: ...
+    def save(self, path: _StrPath) -> None: ...
     def to_bytes(self) -> bytes: ...
     @property
     def source(self) -> Mesh: ...
@@ -80,8 +80,8 @@ class Pair:
     def method(self) -> str | None: ...
     @property
     def piece_count(self) -> int: ...
-    def __eq__(self, other: object) -> bool: ...
-    def __ne__(self, other: object) -> bool: ...
+    def __eq__(self, other: object, /) -> bool: ...
+    def __ne__(self, other: object, /) -> bool: ...
     def __hash__(self) -> int: ...
     def __reduce__(self) -> tuple[Any, ...]: ...
 
@@ -91,39 +91,39 @@ class Graft:
         cls,
         pair: Pair,
         *,
-        size: Size | None = None,
+        size: _Size | None = None,
         reverse: bool = False,
-        filter: FilterName | None = None,
+        filter: _FilterName | None = None,
         gutter: int = 16,
-        prefer: Prefer = "first",
+        prefer: _Prefer = "first",
         overlap: Literal["first", "average"] = "first",
         linear_light: bool = False,
         encoding: Literal["srgb", "linear"] = "srgb",
         content: Literal["color", "data", "normals"] = "color",
-        normal_y: NormalY = "opengl",
-        normal_y_out: NormalY | None = None,
+        normal_y: _NormalY = "opengl",
+        normal_y_out: _NormalY | None = None,
         region: Region | None = None,
         blend: Literal["none", "feather", "membrane"] | None = None,
         feather: float | None = None,
         tone: Literal["base", "source", "both", "none"] = "base",
         match_skin: bool = False,
         keep_all: bool = False,
-        skin: Image | None = None,
-        labels: Image | None = None,
+        skin: _Image | None = None,
+        labels: _Image | None = None,
         threads: int | None = None,
     ) -> Graft: ...
     def apply(
         self,
-        texture: Image,
-        base: Image | None = None,
+        texture: _Image,
+        base: _Image | None = None,
         *,
         out: NDArray[Any] | None = None,
         threads: int | None = None,
     ) -> NDArray[Any]: ...
     def fit(
         self,
-        texture: Image,
-        base: Image | None = None,
+        texture: _Image,
+        base: _Image | None = None,
         *,
         steps: int | None = None,
         min_gain: float | None = None,
@@ -134,19 +134,19 @@ class Graft:
         threads: int | None = None,
     ) -> Fit: ...
     def tone(
-        self, texture: Image, base: Image | None = None, *, threads: int | None = None
+        self, texture: _Image, base: _Image | None = None, *, threads: int | None = None
     ) -> Tone | None: ...
     def mask(
-        self, *, size: Size | None = None, source_size: Size | None = None
+        self, *, size: _Size | None = None, source_size: _Size | None = None
     ) -> NDArray[np.uint8]: ...
-    def map(self, *, size: Size | None = None, source_size: Size | None = None) -> SamplingMap: ...
-    def operator(self, *, size: Size | None = None, source_size: Size) -> Operator: ...
+    def map(self, *, size: _Size | None = None, source_size: _Size | None = None) -> SamplingMap: ...
+    def operator(self, *, size: _Size | None = None, source_size: _Size) -> Operator: ...
     @property
     def pair(self) -> Pair: ...
     @property
     def reverse(self) -> bool: ...
     @property
-    def filter(self) -> FilterName: ...
+    def filter(self) -> _FilterName: ...
     def __getnewargs_ex__(self) -> tuple[tuple[Pair], dict[str, Any]]: ...
 
 @final
@@ -155,10 +155,10 @@ class SamplingMap:
         cls,
         pair: Pair,
         *,
-        size: Size,
+        size: _Size,
         reverse: bool = False,
         gutter: int = 16,
-        prefer: Prefer = "first",
+        prefer: _Prefer = "first",
         threads: int | None = None,
     ) -> SamplingMap: ...
     @property
@@ -166,7 +166,7 @@ class SamplingMap:
     def uv(self, *, gutter: bool = True) -> NDArray[np.float32]: ...
     def _grid(self, *, gutter: bool = True) -> NDArray[np.float32]: ...
     def remap(
-        self, source_size: Size, *, gutter: bool = True
+        self, source_size: _Size, *, gutter: bool = True
     ) -> tuple[NDArray[np.float32], NDArray[np.float32]]: ...
     def faces(self, *, gutter: bool = False) -> NDArray[np.int32]: ...
     def mask(self) -> NDArray[np.uint8]: ...
@@ -199,7 +199,7 @@ class PreparedTransfer:
         cls, arguments: Iterable[str], *, threads: int | None = None
     ) -> PreparedTransfer: ...
     def to_file(
-        self, source: StrPath, output: StrPath, *, threads: int | None = None
+        self, source: _StrPath, output: _StrPath, *, threads: int | None = None
     ) -> tuple[float | None, int, int, int, list[str], list[str]]: ...
     def to_bytes(
         self,
@@ -214,12 +214,12 @@ class PreparedTransfer:
     @property
     def shape(self) -> tuple[int, int]: ...
     def made_from_bytes(self, data: bytes) -> str: ...
-    def made_from_file(self, source: StrPath) -> str: ...
+    def made_from_file(self, source: _StrPath) -> str: ...
 
-def read_image(path: StrPath) -> NDArray[Any]: ...
+def read_image(path: _StrPath) -> NDArray[Any]: ...
 def write_image(
-    path: StrPath,
-    image: Image,
+    path: _StrPath,
+    image: _Image,
     *,
     encoding: Literal["srgb", "linear", "data"] = "srgb",
     compress: bool = False,
@@ -227,4 +227,4 @@ def write_image(
 ) -> None: ...
 def set_threads(threads: int) -> None: ...
 def get_threads() -> int: ...
-def run_command(arguments: Sequence[StrPath]) -> int: ...
+def run_command(arguments: Sequence[_StrPath]) -> int: ...
