@@ -13,8 +13,12 @@ NATIVE := $(if $(CXX_FOUND),--features uvgraft-cli/flip --features uvgraft-tests
 VIEWER = $$(test ! -s target/viewer/viewer.html || echo --features uvgraft-cli/viewer)
 VIEWER_TESTS = $$(test ! -s target/viewer/viewer.html || echo --features uvgraft-cli/viewer,uvgraft-tests/viewer)
 
+# The features of the Python package's command: all of them in wheels, those of the tests in tests.
+PYTHON_FEATURES = $(if $(CXX_FOUND),flip simplify) $$(test ! -s target/viewer/viewer.html || echo viewer)
+WHEEL_FEATURES = $(if $(CXX_FOUND),ktx2) $(PYTHON_FEATURES)
+
 .PHONY: demo test bench bench-scaling bench-peers book lint fixtures package viewer test-ktx2 test-clients \
-	selfie-report recognise
+	selfie-report recognise test-python wheel test-wheel test-cluster test-torch
 
 # Runs the whole workflow on a built-in example, and on a photograph if there is a network to fetch it and
 # what finds the face in it; writes to uvgraft-demo/.
@@ -41,12 +45,45 @@ test: viewer
 	@test -n "$(CXX_FOUND)" || \
 		echo "there is no C++ compiler (c++): tests of FLIP and of simplifying are skipped"
 	$(CARGO) test --locked --workspace $(NATIVE) $(VIEWER_TESTS)
+	@$(MAKE) --no-print-directory test-python
+
+# The Python package alone; `make test` includes it.
+PYTEST ?=
+test-python: viewer
+	@scripts/install-venv.sh target/python-venv bindings/python/requirements-test.txt
+	@UVGRAFT_PYTHON_FEATURES="$(PYTHON_FEATURES)" scripts/test-python.sh $(PYTEST)
+
+# The package with the whole command, for CPython 3.10 and later, in target/wheels.
+wheel: viewer
+	@scripts/install-venv.sh target/python-venv bindings/python/requirements-test.txt
+	rm -f target/wheels/uvgraft-*.whl
+	target/python-venv/bin/maturin build --release --manifest-path bindings/python/Cargo.toml \
+		--features "$(WHEEL_FEATURES)" --out target/wheels
+
+# The wheel in fresh environments of the oldest and the newest Python here.
+test-wheel: wheel
+	@scripts/test-wheel.sh target/wheels/uvgraft-*.whl
+
+# The wheel on Ray and on Daft, Python packages of half a gigabyte under target/.
+test-cluster: wheel
+	@scripts/install-venv.sh target/cluster-venv bindings/python/requirements-cluster.txt
+	@test ! -f target/cluster-venv/installed.txt || \
+		scripts/test-installed.sh target/cluster-venv/bin/python tests/cluster
+
+# Differentiable transfers, with a Python that has PyTorch, whose package has 3 GB, and JAX, if it has that:
+# make test-torch TORCH_PYTHON=venv/bin/python
+TORCH_PYTHON ?= python3
+test-torch:
+	@$(TORCH_PYTHON) -c 'import torch' 2>/dev/null || \
+		echo "$(TORCH_PYTHON) has no PyTorch: tests of uvgraft.torch are skipped"
+	@! $(TORCH_PYTHON) -c 'import torch' 2>/dev/null || { $(MAKE) --no-print-directory wheel && \
+		scripts/test-installed.sh $(TORCH_PYTHON) tests/test_torch.py tests/test_jax.py; }
 
 # Loads avatars in Debian's Blender and Godot, which take half a gigabyte, and applies exported maps in
 # SciPy and OpenCV, as Python packages under target/.
 test-clients:
 	@scripts/install-clients.sh
-	@scripts/install-python-tools.sh
+	@scripts/install-venv.sh target/tools-venv crates/uvgraft-cli/tests/other_tools/requirements.txt
 	UVGRAFT_CLIENTS=1 $(CARGO) test --locked --workspace $(NATIVE) $(VIEWER_TESTS) --test clients \
 		--test other_tools
 
@@ -120,7 +157,7 @@ book:
 
 # Packages the crates for publishing, and builds each from its package.
 package:
-	$(CARGO) package --locked --workspace --exclude uvgraft-tests
+	$(CARGO) package --locked --workspace --exclude uvgraft-tests --exclude uvgraft-python
 
 # Regenerates the reference values for the tests of metrics, body models and face networks, with 6 GB of Python packages
 # under target/.

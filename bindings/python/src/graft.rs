@@ -379,6 +379,34 @@ impl Graft {
         Ok(Operator { operator: Arc::new(operator), threads: self.threads })
     }
 
+    /// Return where each texel comes from, as ``grid_sample`` takes it.
+    ///
+    /// Parameters
+    /// ----------
+    /// size : int or (int, int), optional
+    ///     Size of the target, by default the graft's.
+    /// device : str, torch.device, jax.Device or jax.sharding.Sharding, optional
+    ///     Where the grid shall be. A name or a device of PyTorch gives a tensor, one of JAX an array
+    ///     of JAX; by default it is a NumPy array.
+    ///
+    /// Returns
+    /// -------
+    /// ndarray, torch.Tensor or jax.Array of float32, shape (height, width, 2)
+    ///     x and y in the texture, where -1 and 1 are its left and right, top and bottom *edges*
+    ///     (``align_corners=False``), gutter included; -3 where nothing is transferred.
+    #[pyo3(signature = (size=None, *, device=None))]
+    fn grid<'py>(
+        &self,
+        py: Python<'py>,
+        size: Option<&Bound<'_, PyAny>>,
+        device: Option<&Bound<'py, PyAny>>,
+    ) -> PyResult<Bound<'py, PyAny>> {
+        let map = self.map(py, size, None)?;
+        py.import(intern!(py, "uvgraft._grids"))?
+            .getattr(intern!(py, "grid"))?
+            .call1((map, device))
+    }
+
     /// The pair.
     #[getter]
     fn pair(&self, py: Python<'_>) -> Py<Pair> {
