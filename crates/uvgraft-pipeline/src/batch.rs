@@ -3,14 +3,15 @@
 use std::collections::BTreeMap;
 use std::sync::{Condvar, Mutex, MutexGuard, PoisonError};
 use std::thread;
+use std::time::{Duration, Instant};
 
 use uvgraft::{Averaging, Depth, Encoding, TexelFormat};
 use uvgraft_io::image;
 
 use crate::base::bytes_of;
-use crate::carry::Outcome;
+use crate::carry::{Done, Outcome};
 use crate::failure::{Blame, Failure, Fault, Result};
-use crate::observer::{Event, Observer};
+use crate::observer::{Event, Observer, OutputFigures};
 use crate::plan::Job;
 use crate::records::Records;
 use crate::shared::Shared;
@@ -33,7 +34,9 @@ pub(crate) fn run(
             }
             let made_from = records.and_then(|records| records.made_from(job));
             report.begin(job);
-            report.add(index, worker.carry(job, true), made_from);
+            let start = Instant::now();
+            let outcome = worker.carry(job, true);
+            report.add(index, Finished { outcome, made_from, duration: start.elapsed() });
         }
         return report.finish();
     }
@@ -65,9 +68,11 @@ pub(crate) fn run(
             drop(next);
             let made_from = records.and_then(|records| records.made_from(job));
             lock(&report).begin(job);
+            let start = Instant::now();
             let outcome = pool.install(|| worker.carry(job, false));
+            let duration = start.elapsed();
             drop(reserved);
-            lock(&report).add(index, outcome, made_from);
+            lock(&report).add(index, Finished { outcome, made_from, duration });
         }
     };
     thread::scope(|scope| {
@@ -143,6 +148,14 @@ impl Drop for Reservation<'_> {
     }
 }
 
+/// A texture that is done, successfully or not.
+struct Finished {
+    outcome: Outcome,
+    /// Fingerprint to record for a written output.
+    made_from: Option<String>,
+    duration: Duration,
+}
+
 /// Collects the outcomes of textures and reports them in order.
 struct Report<'a> {
     jobs: &'a [Job],
@@ -164,14 +177,19 @@ impl<'a> Report<'a> {
         self.observer.event(Event::TextureStarted { source: &job.source });
     }
 
-    /// - `made_from`: fingerprint to record for a written output.
-    fn add(&mut self, index: usize, mut outcome: Outcome, made_from: Option<String>) {
+    fn add(&mut self, index: usize, finished: Finished) {
+        let Finished { mut outcome, made_from, duration } = finished;
+        let job @ Job { source, output } = &self.jobs[index];
         if let (Some(records), Some(made_from), Ok(_)) = (self.records, made_from, &outcome.result)
-            && let Err(failure) = records.record(&self.jobs[index], &made_from)
+            && let Err(failure) = records.record(job, &made_from)
         {
             outcome.log.warnings.push(failure.to_string());
         }
-        self.observer.event(Event::TextureEnded);
+        let result = outcome
+            .result
+            .as_ref()
+            .map(|&Done { bytes, boundary_delta_e, .. }| OutputFigures { bytes, boundary_delta_e });
+        self.observer.event(Event::TextureEnded { source, output, result, duration });
         self.waiting.insert(index, outcome);
         while let Some(Outcome { result, log }) = self.waiting.remove(&self.reported) {
             let Job { source, output } = &self.jobs[self.reported];

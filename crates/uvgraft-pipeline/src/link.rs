@@ -69,7 +69,9 @@ impl Transfer {
             return Ok(());
         }
         let normals = match &self.inputs {
-            Inputs::Textures { values, .. } => *values == Values::Normals,
+            Inputs::Textures { values, .. } | Inputs::Listed { values, .. } => {
+                *values == Values::Normals
+            }
             Inputs::Material(maps) => maps.iter().any(|map| map.role.values() == Values::Normals),
         };
         let blends = self.blending.is_some() || self.draw_labels.is_some();

@@ -32,7 +32,11 @@ impl Transfer {
     /// The files that textures depend on, apart from their own source.
     pub(crate) fn shared_inputs<'a>(&'a self, plan: &'a Plan) -> Vec<&'a Path> {
         let bases = plan.batches.iter().filter_map(|batch| batch.onto.as_ref()?.path());
-        self.common_inputs().into_iter().chain(bases).collect()
+        let list = match &self.inputs {
+            Inputs::Listed { list, .. } => list.path(),
+            Inputs::Textures { .. } | Inputs::Material(_) => None,
+        };
+        self.common_inputs().into_iter().chain(bases).chain(list).collect()
     }
 
     /// The files that all batches depend on.

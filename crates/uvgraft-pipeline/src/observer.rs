@@ -1,6 +1,7 @@
 //! Progress events for callers, and cancellation.
 
 use std::path::Path;
+use std::time::Duration;
 
 use uvgraft::{FitProgress, FitSummary};
 
@@ -24,6 +25,16 @@ pub trait Observer: Sync {
 /// An observer that ignores everything.
 impl Observer for () {}
 
+/// Figures on an output.
+#[derive(Debug, Clone, Copy, PartialEq)]
+#[non_exhaustive]
+pub struct OutputFigures {
+    /// Length of the file in bytes.
+    pub bytes: u64,
+    /// As [`Carried::boundary_delta_e`](crate::Carried::boundary_delta_e).
+    pub boundary_delta_e: Option<f64>,
+}
+
 /// An event.
 #[derive(Debug, Clone, Copy)]
 #[non_exhaustive]
@@ -32,6 +43,13 @@ pub enum Event<'a> {
     Note(&'a str),
     /// A warning; the work continues.
     Warning(&'a str),
+    /// A texture is skipped, since its output is up to date.
+    TextureUpToDate {
+        /// Its file.
+        source: &'a Path,
+        /// The output file.
+        output: &'a Path,
+    },
     /// The work is planned.
     Planned {
         /// Number of textures requested.
@@ -57,7 +75,16 @@ pub enum Event<'a> {
         progress: FitProgress,
     },
     /// A texture ended, in the order of completion.
-    TextureEnded,
+    TextureEnded {
+        /// Its file.
+        source: &'a Path,
+        /// The output file, written or not.
+        output: &'a Path,
+        /// Figures on the output.
+        result: Result<OutputFigures, &'a Failure>,
+        /// How long it took, without waiting for memory.
+        duration: Duration,
+    },
     /// The outcome of a texture, in the order of the textures.
     TextureReport {
         /// Its file.

@@ -1,6 +1,6 @@
 //! Checks of output paths before any work starts.
 
-use std::collections::HashSet;
+use std::collections::{HashMap, HashSet};
 use std::path::{Path, PathBuf};
 
 use crate::failure::{Failure, Result};
@@ -9,12 +9,17 @@ use crate::failure::{Failure, Result};
 pub struct Outputs {
     inputs: HashSet<PathBuf>,
     accepted: HashSet<PathBuf>,
+    resolver: Resolver,
+    /// Folders that files can be created in: a batch may have a million outputs in one.
+    writable: HashSet<PathBuf>,
 }
 
 impl Outputs {
     /// Outputs of a command that reads `inputs`.
     pub fn new<'a>(inputs: impl IntoIterator<Item = &'a Path>) -> Self {
-        Self { inputs: inputs.into_iter().map(resolve).collect(), accepted: HashSet::new() }
+        let mut resolver = Resolver::default();
+        let inputs = inputs.into_iter().map(|path| resolver.resolve(path)).collect();
+        Self { inputs, accepted: HashSet::new(), resolver, writable: HashSet::new() }
     }
 
     /// Checks that an output can be written and is neither an input nor another output.
@@ -22,9 +27,14 @@ impl Outputs {
     /// # Errors
     /// The reason, as the fault of the input.
     pub fn check(&mut self, output: &Path) -> Result<()> {
+        self.check_below(folder_of(output), output)
+    }
+
+    /// As [`Outputs::check`], but folders below `root` need not exist, since they will be created.
+    pub(crate) fn check_below(&mut self, root: &Path, output: &Path) -> Result<()> {
         let name = output.display();
         check_replaceable(output)?;
-        let resolved = resolve(output);
+        let resolved = self.resolver.resolve(output);
         if self.inputs.contains(&resolved) {
             return Err(Failure::input(format!(
                 "output {name} is also an input; choose another name"
@@ -35,8 +45,16 @@ impl Outputs {
                 "two outputs have the name {name}; choose different names"
             )));
         }
-        can_write_into(folder_of(output))
-            .map_err(|failure| failure.context(format_args!("cannot write {name}")))?;
+        let folder = folder_of(output);
+        if !self.writable.contains(folder) {
+            let mut existing = folder;
+            while existing != root && existing.starts_with(root) && !existing.exists() {
+                existing = folder_of(existing);
+            }
+            can_write_into(existing)
+                .map_err(|failure| failure.context(format_args!("cannot write {name}")))?;
+            self.writable.insert(folder.to_path_buf());
+        }
         self.accepted.insert(resolved);
         Ok(())
     }
@@ -86,13 +104,38 @@ pub(crate) fn folder_of(path: &Path) -> &Path {
     path.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."))
 }
 
+/// Finds canonical paths, of each folder once.
+#[derive(Default)]
+struct Resolver {
+    folders: HashMap<PathBuf, Option<PathBuf>>,
+}
+
+impl Resolver {
+    /// The canonical path, whether or not the file exists.
+    fn resolve(&mut self, path: &Path) -> PathBuf {
+        // File systems of other systems may ignore case.
+        let is_plain = cfg!(target_os = "linux") && !path.is_symlink();
+        if let Some(name) = path.file_name().filter(|_| is_plain) {
+            return self.folder(folder_of(path)).map_or(path.to_path_buf(), |it| it.join(name));
+        }
+        if let Ok(resolved) = path.canonicalize() {
+            return resolved;
+        }
+        match (self.folder(folder_of(path)), path.file_name()) {
+            (Some(folder), Some(name)) => folder.join(name),
+            _ => path.to_path_buf(),
+        }
+    }
+
+    fn folder(&mut self, folder: &Path) -> Option<&Path> {
+        if !self.folders.contains_key(folder) {
+            self.folders.insert(folder.to_path_buf(), folder.canonicalize().ok());
+        }
+        self.folders.get(folder)?.as_deref()
+    }
+}
+
 /// The canonical path, whether or not the file exists.
 pub(crate) fn resolve(path: &Path) -> PathBuf {
-    if let Ok(resolved) = path.canonicalize() {
-        return resolved;
-    }
-    match (folder_of(path).canonicalize(), path.file_name()) {
-        (Ok(folder), Some(name)) => folder.join(name),
-        _ => path.to_path_buf(),
-    }
+    Resolver::default().resolve(path)
 }

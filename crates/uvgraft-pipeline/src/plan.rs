@@ -1,5 +1,6 @@
 //! The plan of a transfer: which files it reads and writes.
 
+use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
 
 use uvgraft_io::image::Format;
@@ -8,6 +9,7 @@ use crate::base_source::BaseSource;
 use crate::failure::{Blame, Failure, Result};
 use crate::manifest::name_within;
 use crate::material::Values;
+use crate::texture_list::{Listed, TextureList};
 use crate::transfer::{Inputs, MaterialMap, Transfer};
 
 /// A texture to transfer and its output.
@@ -35,13 +37,32 @@ pub(crate) struct Plan {
 }
 
 impl Plan {
+    /// Creates the folders of outputs that do not exist. Other shards may be doing the same.
+    pub(crate) fn create_folders(&mut self) -> Result<()> {
+        let new = self.new_folder.take();
+        // A manifest may name subfolders.
+        let folders: BTreeSet<&Path> = self.jobs().filter_map(|job| job.output.parent()).collect();
+        let missing = |folder: &&Path| !folder.as_os_str().is_empty() && !folder.is_dir();
+        let missing = folders.into_iter().filter(missing);
+        for folder in new.iter().map(PathBuf::as_path).chain(missing) {
+            std::fs::create_dir_all(folder).or_input().map_err(|failure| {
+                failure.context(format_args!("cannot create the folder {}", folder.display()))
+            })?;
+        }
+        Ok(())
+    }
+}
+
+impl Plan {
     pub(crate) fn new(transfer: &Transfer) -> Result<Self> {
         match &transfer.inputs {
             Inputs::Textures { sources, onto, values } => {
-                let TextureJobs { jobs, folder, is_new } = TextureJobs::new(transfer, sources)?;
-                let batch = Batch { values: *values, onto: onto.clone(), jobs };
-                let new_folder = is_new.then(|| folder.clone());
-                Ok(Self { batches: vec![batch], new_folder, folder })
+                let jobs = TextureJobs::new(transfer, sources)?;
+                Ok(jobs.into_plan(onto.as_ref(), *values))
+            }
+            Inputs::Listed { list, onto, values } => {
+                let jobs = TextureJobs::listed(transfer, list)?;
+                Ok(jobs.into_plan(onto.as_ref(), *values))
             }
             Inputs::Material(maps) => Self::of_maps(transfer, maps),
         }
@@ -128,22 +149,52 @@ impl TextureJobs {
         Ok(Self { jobs, folder: output.to_path_buf(), is_new })
     }
 
+    fn into_plan(self, onto: Option<&BaseSource>, values: Values) -> Plan {
+        let Self { jobs, folder, is_new } = self;
+        let new_folder = is_new.then(|| folder.clone());
+        let batches = vec![Batch { values, onto: onto.cloned(), jobs }];
+        Plan { batches, new_folder, folder }
+    }
+
+    /// The textures of a list. Whether they exist is found out when they are transferred.
+    fn listed(transfer: &Transfer, list: &TextureList) -> Result<Self> {
+        let folder = &*transfer.output;
+        let is_new = is_new_folder(folder, "--manifest")?;
+        let mut jobs = Vec::new();
+        list.for_each(|Listed { source, output }| {
+            jobs.extend(match output {
+                None => job_in_folder(transfer, source)?,
+                Some(name) => {
+                    check_format(transfer, &name)?;
+                    let output = folder.join(name);
+                    is_in_shard(transfer, folder, &output).then_some(Job { source, output })
+                }
+            });
+            Ok(())
+        })?;
+        check_distinct(&jobs)?;
+        Ok(Self { jobs, folder: folder.to_path_buf(), is_new })
+    }
+
     /// A texture whose output is a file.
     fn single(transfer: &Transfer, source: &Path) -> Result<Self> {
         let output = &*transfer.output;
-        let format = format_of(output)?;
-        if let Some(name) = transfer.format.as_deref()
-            && Format::from_extension(name) != Some(format)
-        {
-            let output = output.display();
-            return Err(Failure::input(format!(
-                "--format {name} contradicts the extension of the output {output}"
-            )));
-        }
+        check_format(transfer, output)?;
         let job = Job { source: source.to_path_buf(), output: output.to_path_buf() };
         let folder = output.parent().unwrap_or(Path::new("")).to_path_buf();
         let is_wanted = is_in_shard(transfer, &folder, output);
         Ok(Self { jobs: is_wanted.then_some(job).into_iter().collect(), folder, is_new: false })
+    }
+}
+
+/// Checks the extension of an output whose name is given.
+fn check_format(transfer: &Transfer, name: &Path) -> Result<()> {
+    let format = format_of(name)?;
+    match transfer.format.as_deref() {
+        Some(wanted) if Format::from_extension(wanted) != Some(format) => Err(Failure::input(
+            format!("--format {wanted} contradicts the extension of the output {}", name.display()),
+        )),
+        _ => Ok(()),
     }
 }
 
@@ -224,7 +275,8 @@ pub fn images_in(folder: &Path) -> Result<Vec<PathBuf>> {
     let mut images: Vec<PathBuf> = entries
         .into_iter()
         .map(|entry| entry.path())
-        .filter(|path| path.is_file() && Format::from_path(path).is_some() && !is_hidden(path))
+        // The name first: it costs no look at the file.
+        .filter(|path| Format::from_path(path).is_some() && !is_hidden(path) && path.is_file())
         .collect();
     if images.is_empty() {
         let wanted = Format::extension_list();

@@ -1,13 +1,9 @@
 //! A transfer that is prepared once, for callers who bring textures one by one.
 
-use std::any::Any;
 use std::collections::HashSet;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
-use std::sync::atomic::{AtomicUsize, Ordering};
-use std::thread;
 
-use rayon::ThreadPoolBuilder;
 use uvgraft::Size;
 use uvgraft_io::image::Format;
 
@@ -17,6 +13,7 @@ use crate::blending::KnownTexels;
 use crate::carry::{Call, Done, Outcome};
 use crate::failure::{Blame, Failure, Result};
 use crate::fingerprint::Fingerprint;
+use crate::isolated::Isolated;
 use crate::link::Link;
 use crate::material::Values;
 use crate::observer::Observer;
@@ -41,7 +38,7 @@ pub struct PreparedTransfer {
     fingerprint_text: String,
     /// Files that no output may replace.
     inputs: HashSet<PathBuf>,
-    in_flight: AtomicUsize,
+    calls: Isolated,
 }
 
 /// The result of a texture.
@@ -106,7 +103,7 @@ impl Transfer {
             fingerprint_text: fingerprint.text(),
             fingerprint,
             inputs: inputs.map(resolve).collect(),
-            in_flight: AtomicUsize::new(0),
+            calls: Isolated::default(),
         })
     }
 
@@ -114,7 +111,7 @@ impl Transfer {
     fn shared_base(&self) -> Result<(Option<&BaseSource>, Values)> {
         let Inputs::Textures { onto, values, .. } = &self.inputs else {
             return Err(Failure::input(
-                "a prepared transfer takes single textures, not the maps of a material or a list",
+                "a prepared transfer takes single textures, not a list or the maps of a material",
             ));
         };
         let tiled = onto.as_ref().and_then(BaseSource::path).is_some_and(has_placeholder);
@@ -216,58 +213,13 @@ impl PreparedTransfer {
 
     fn carry(&self, source: Source<'_>, target: Target<'_>) -> Result<(Vec<u8>, Carried)> {
         let call = Call { source, target, alone: false, analysis: None, observer: &() };
-        let Outcome { result, log } = self
-            .isolated(|| self.shared.carry(&call))
-            .map_err(|failure: Failure| failure.context(source.name().display()))?;
+        let outcome = self.calls.run(|| self.shared.carry(&call));
+        let Outcome { result, log } =
+            outcome.map_err(|failure| failure.context(source.name().display()))?;
         let Done { boundary_delta_e, bytes, image, .. } = result?;
         let (size, warnings, notes) = (self.size(), log.warnings, log.notes);
         Ok((image, Carried { boundary_delta_e, bytes, size, warnings, notes }))
     }
-
-    /// Runs a call on threads of its own. A caller's pool must not be used: while one of its
-    /// threads waits for others, it takes up further calls, and these may need the very graft that
-    /// it is building.
-    fn isolated<T: Send>(&self, work: impl FnOnce() -> T + Send) -> Result<T> {
-        let in_flight = InFlight::enter(&self.in_flight);
-        let threads = (rayon::current_num_threads() / in_flight.calls).max(1);
-        let pool = ThreadPoolBuilder::new().num_threads(threads).build().or_work();
-        let pool = pool.map_err(|failure| failure.context("cannot start threads"))?;
-        // From a thread outside all pools: one of the caller's would take up further calls here
-        // too, each with its texture in memory.
-        let result = thread::scope(|scope| {
-            let spawned = thread::Builder::new().spawn_scoped(scope, || pool.install(work));
-            Ok(spawned?.join())
-        });
-        let result = result.map_err(|error: std::io::Error| {
-            Failure::work(error).context("cannot start threads")
-        })?;
-        result.map_err(|panic| Failure::work(format!("internal error: {}", text_of(&*panic))))
-    }
-}
-
-/// A call in flight, until it is dropped.
-struct InFlight<'a> {
-    counter: &'a AtomicUsize,
-    /// The number of calls in flight, this one included.
-    calls: usize,
-}
-
-impl<'a> InFlight<'a> {
-    fn enter(counter: &'a AtomicUsize) -> Self {
-        Self { counter, calls: counter.fetch_add(1, Ordering::Relaxed) + 1 }
-    }
-}
-
-impl Drop for InFlight<'_> {
-    fn drop(&mut self) {
-        self.counter.fetch_sub(1, Ordering::Relaxed);
-    }
-}
-
-/// The message of a panic.
-fn text_of(panic: &(dyn Any + Send)) -> &str {
-    let text = panic.downcast_ref::<&str>().copied();
-    text.or_else(|| panic.downcast_ref::<String>().map(String::as_str)).unwrap_or("panic")
 }
 
 #[cfg(test)]

@@ -19,7 +19,7 @@ use crate::manifest::Manifest;
 use crate::material::Values;
 use crate::observer::{Event, Observer};
 use crate::outputs::{self, Outputs};
-use crate::plan::{Batch, Plan, format_of};
+use crate::plan::{Batch, Job, Plan, format_of};
 use crate::records::Records;
 use crate::shared::{Grafts, Options, Shared};
 use crate::stream;
@@ -46,10 +46,7 @@ impl Transfer {
         let planned = plan.jobs().count();
         for (batch, records) in plan.batches.iter_mut().zip(&records) {
             if let Some(records) = records {
-                let is_done = |job: &_| !observer.is_cancelled() && records.is_up_to_date(job);
-                let is_done: Vec<bool> = batch.jobs.par_iter().map(is_done).collect();
-                let mut is_done = is_done.into_iter();
-                batch.jobs.retain(|_| !is_done.next().unwrap_or(false));
+                skip_up_to_date(batch, records, observer);
             }
         }
         stream::check(observer)?;
@@ -58,7 +55,9 @@ impl Transfer {
         let keeps = self.existing == Existing::KeepUpToDate;
         let up_to_date = keeps.then_some(done.up_to_date);
         observer.event(Event::Planned { textures: planned, up_to_date });
-        if keeps && left == 0 && self.mask.is_none() && self.extra_outputs.is_empty() {
+        let is_done = keeps && self.mask.is_none() && self.extra_outputs.is_empty();
+        // A shard may have no textures.
+        if left == 0 && (is_done || self.shard.is_some()) {
             return Ok(done);
         }
 
@@ -67,7 +66,7 @@ impl Transfer {
         let known = KnownTexels::read(self.source_mask.as_deref(), self.fill.as_deref())?;
         let known = Arc::new(known);
         // Decoding a base and preparing a blend take about the same time.
-        let (blend, mut first_base) = rayon::join(
+        let (blend, first_base) = rayon::join(
             || self.blend(&link, &known, self.labelled_texture(&plan), observer),
             || plan.batches.first().map(|batch| self.base(batch, size)),
         );
@@ -80,16 +79,17 @@ impl Transfer {
                 self.base_order(batch.onto.as_ref(), batch.values, size).check()
             })?;
         }
+        let mut first_base = first_base.transpose()?;
+        stream::check(observer)?;
+        plan.create_folders()?;
         let mut mask = self.mask.as_deref();
         let mut narrowed = None;
         for (batch, records) in plan.batches.iter().zip(&records) {
             stream::check(observer)?;
-            let base = first_base.take().unwrap_or_else(|| self.base(batch, size))?;
-            if let Some(folder) = plan.new_folder.take() {
-                std::fs::create_dir(&folder).or_input().map_err(|failure| {
-                    failure.context(format_args!("cannot create the folder {}", folder.display()))
-                })?;
-            }
+            let base = match first_base.take() {
+                Some(base) => base,
+                None => self.base(batch, size)?,
+            };
             let shared = Shared {
                 options: Options::new(self, batch.values),
                 link: Arc::clone(&link),
@@ -121,21 +121,44 @@ impl Transfer {
 
     /// Checks for conflicting options.
     fn check(&self) -> Result<()> {
-        let textures = match &self.inputs {
-            Inputs::Textures { sources, .. } => sources.len(),
-            Inputs::Material(maps) => maps.len(),
+        let is_empty = match &self.inputs {
+            Inputs::Textures { sources, .. } => sources.is_empty(),
+            Inputs::Listed { .. } => false,
+            Inputs::Material(maps) => maps.is_empty(),
         };
-        if textures == 0 {
+        if is_empty {
             return Err(Failure::input("no textures to transfer"));
         }
+        if matches!(self.inputs, Inputs::Listed { .. }) && self.draw_labels.is_some() {
+            return Err(Failure::input("--labels cannot be used with several textures"));
+        }
+        if self.shard.is_some() {
+            self.check_shard()?;
+        }
         self.check_options()
+    }
+
+    /// Checks that every output belongs to one shard.
+    fn check_shard(&self) -> Result<()> {
+        let ruled_out = [
+            (matches!(self.inputs, Inputs::Material(_)), "--map"),
+            (self.mask.is_some(), "--mask"),
+            (self.draw_labels.is_some(), "--labels"),
+            (!self.extra_outputs.is_empty(), "--preview"),
+        ];
+        match ruled_out.into_iter().find(|(is_asked, _)| *is_asked) {
+            Some((_, what)) => Err(Failure::input(format!(
+                "--shard cannot be used with {what}, whose outputs belong to no shard"
+            ))),
+            None => Ok(()),
+        }
     }
 
     /// As [`Transfer::check`], whatever the textures are.
     pub(crate) fn check_options(&self) -> Result<()> {
         self.check_map()?;
         let values = match &self.inputs {
-            Inputs::Textures { values, .. } => Some(*values),
+            Inputs::Textures { values, .. } | Inputs::Listed { values, .. } => Some(*values),
             Inputs::Material(_) => None,
         };
         if let Some(format) = &self.format
@@ -183,7 +206,9 @@ impl Transfer {
         let sources = plan.jobs().map(|job| &*job.source);
         let mut outputs = Outputs::new(self.shared_inputs(plan).into_iter().chain(sources));
         match &plan.new_folder {
-            None => plan.jobs().try_for_each(|job| outputs.check(&job.output))?,
+            None => {
+                plan.jobs().try_for_each(|job| outputs.check_below(&plan.folder, &job.output))?;
+            }
             Some(folder) => outputs::check_new_folder(folder)?,
         }
         if let Some(mask) = &self.mask {
@@ -271,6 +296,7 @@ impl Transfer {
     ) -> Result<()> {
         let source = match &self.inputs {
             Inputs::Textures { sources, .. } => sources.first(),
+            Inputs::Listed { .. } => None,
             Inputs::Material(maps) => {
                 maps.iter().find(|map| map.role.values().is_toned()).map(|map| &map.source)
             }
@@ -334,4 +360,18 @@ impl Transfer {
         };
         plan.batches.iter().map(of_batch).collect()
     }
+}
+
+/// Removes the jobs whose outputs are up to date.
+fn skip_up_to_date(batch: &mut Batch, records: &Records, observer: &dyn Observer) {
+    let is_done = |job: &_| !observer.is_cancelled() && records.is_up_to_date(job);
+    let is_done: Vec<bool> = batch.jobs.par_iter().map(is_done).collect();
+    let mut is_done = is_done.into_iter();
+    batch.jobs.retain(|Job { source, output }| {
+        let is_done = is_done.next().unwrap_or(false);
+        if is_done {
+            observer.event(Event::TextureUpToDate { source, output });
+        }
+        !is_done
+    });
 }

@@ -43,6 +43,7 @@ impl Transfer {
             Inputs::Textures { sources, onto, .. } => {
                 (sources.iter().map(PathBuf::as_path).collect(), onto.iter().collect())
             }
+            Inputs::Listed { onto, .. } => (Vec::new(), onto.iter().collect()),
             Inputs::Material(maps) => (
                 maps.iter().map(|map| &*map.source).collect(),
                 maps.iter().filter_map(|map| map.onto.as_ref()).collect(),
@@ -135,6 +136,8 @@ impl Transfer {
             (self.draw_labels.is_some(), "--labels"),
             (blending.is_some() && is_material, "both --map and --blend"),
             (self.existing == Existing::KeepUpToDate, "--skip-existing"),
+            (matches!(self.inputs, Inputs::Listed { .. }), "--manifest"),
+            (self.shard.is_some(), "--shard"),
         ];
         match ruled_out.into_iter().find(|(is_asked, _)| *is_asked) {
             Some((_, what)) => Err(Failure::input(format!(
@@ -177,7 +180,7 @@ impl Transfer {
                     *sources = patterns;
                 }
             }
-            Inputs::Material(_) => {}
+            Inputs::Listed { .. } | Inputs::Material(_) => {}
         }
         Ok(grouped)
     }
@@ -185,7 +188,7 @@ impl Transfer {
     fn tiled_jobs(&self, plan: &Plan, filled: &BTreeSet<Tile>) -> Result<Vec<TiledJob>> {
         let is_folder = plan.new_folder.is_some() || self.output.is_dir();
         let roles: Vec<Option<Role>> = match &self.inputs {
-            Inputs::Textures { .. } => vec![None; plan.batches.len()],
+            Inputs::Textures { .. } | Inputs::Listed { .. } => vec![None; plan.batches.len()],
             Inputs::Material(maps) => maps.iter().map(|map| Some(map.role)).collect(),
         };
         if filled.len() > 1 && self.blending.is_some() {

@@ -15,6 +15,7 @@ use crate::failure::{Failure, Fault};
 use crate::material::{Role, Values};
 use crate::region::Region;
 use crate::shard::Shard;
+use crate::texture_list::TextureList;
 
 /// What says where each texel of the result comes from.
 #[derive(Debug, Clone, PartialEq, Eq, Hash)]
@@ -48,6 +49,15 @@ pub enum Inputs {
         /// What their values mean.
         values: Values,
     },
+    /// Textures that a text file lists, and that share one base.
+    Listed {
+        /// The list.
+        list: TextureList,
+        /// Their base; without one, [`Transfer::size`] is required.
+        onto: Option<BaseSource>,
+        /// What their values mean.
+        values: Values,
+    },
     /// The maps of one material.
     Material(Vec<MaterialMap>),
 }
@@ -70,8 +80,10 @@ pub enum Existing {
     #[default]
     Replace,
     /// Outputs that are up to date are skipped: those unchanged since they were written, from
-    /// inputs with the same content, with the same options, by this version. A record is kept in
-    /// `.uvgraft-manifest.jsonl` next to them; outputs without one are overwritten.
+    /// inputs with the same content, with the same options, by this version. A [`Manifest`] is kept
+    /// in their folder; outputs without a record in it are overwritten.
+    ///
+    /// [`Manifest`]: crate::Manifest
     KeepUpToDate,
 }
 
@@ -83,7 +95,7 @@ pub struct Transfer {
     pub correspondence: Correspondence,
     /// The textures and their bases.
     pub inputs: Inputs,
-    /// A file; or a folder, created if missing, for several textures and for materials.
+    /// A file; or a folder, created if missing, for several textures, lists and materials.
     pub output: PathBuf,
     /// The direction of the transfer.
     pub direction: Direction,
@@ -119,7 +131,8 @@ pub struct Transfer {
     pub draw_labels: Option<PathBuf>,
     /// What happens to existing outputs.
     pub existing: Existing,
-    /// The part of the textures to transfer; by default all of them.
+    /// The part of the textures to transfer; by default all of them. Several processes may transfer
+    /// the shards of a batch into one folder at the same time.
     pub shard: Option<Shard>,
     /// Number of textures processed in parallel; by default one per thread.
     pub jobs: Option<u16>,

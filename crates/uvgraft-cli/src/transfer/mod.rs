@@ -1,8 +1,9 @@
 //! `uvgraft transfer`: transfers textures from one layout to the other.
 
 mod progress;
+mod rows;
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
 use uvgraft::{
@@ -10,7 +11,8 @@ use uvgraft::{
 };
 use uvgraft_io::image::{Format, WriteOptions};
 use uvgraft_pipeline::{
-    BaseSource, Correspondence, Existing, Inputs, MaterialMap, Role, Transfer, Values,
+    BaseSource, Correspondence, Existing, Inputs, MaterialMap, Role, Shard, TextureList, Transfer,
+    Values,
 };
 
 use crate::blending::BlendArgs;
@@ -25,6 +27,7 @@ use crate::region::RegionArgs;
 use crate::report::parse_size;
 use crate::role_file::{NormalYName, RoleFile};
 use progress::Progress;
+use rows::Rows;
 
 /// Transfer textures from one UV layout onto a base texture in the other
 ///
@@ -40,7 +43,7 @@ pub(crate) struct Args {
     #[arg(required_unless_present = "with_map")]
     pair: Option<PathBuf>,
     /// Textures in the source layout, or one folder of them
-    #[arg(required_unless_present_any = ["maps", "with_map"], conflicts_with = "maps")]
+    #[arg(required_unless_present_any = ["maps", "with_map", "manifest"], conflicts_with = "maps")]
     #[arg(value_name = "TEXTURE")]
     sources: Vec<PathBuf>,
     /// Use a map of positions in place of a pair
@@ -133,11 +136,35 @@ pub(crate) struct Args {
     /// Green channel convention of the base and the result [default: as --normal-y]
     #[arg(long, value_enum, value_name = "CONVENTION", help_heading = heading::MATERIALS)]
     normal_y_out: Option<NormalYName>,
+    /// Read the textures from a list, one path per line, or - for standard input
+    ///
+    /// A UTF-8 text file. Relative paths are relative to the current directory. A line may name its
+    /// output after a tab: a path within the output folder, whose subfolders are created. Blank
+    /// lines and lines that start with # are skipped. A texture that does not exist fails without
+    /// stopping the others.
+    #[arg(long, value_name = "LIST.txt|-", help_heading = heading::BATCHES)]
+    #[arg(conflicts_with_all = ["sources", "maps"])]
+    manifest: Option<PathBuf>,
+    /// Transfer only one of several parts of the textures, such as 0/64
+    ///
+    /// Shards are numbered from 0, and may run at the same time on several machines with the same
+    /// output folder. The name of a texture's output decides on its shard, whatever other textures
+    /// there are: the first 8 bytes of its SHA-256, as a big-endian number, modulo the number of
+    /// shards.
+    #[arg(long, value_name = "I/N", value_parser = parse_shard, allow_hyphen_values = true)]
+    #[arg(help_heading = heading::BATCHES)]
+    shard: Option<Shard>,
+    /// Append a line of JSON for each texture to a file
+    ///
+    /// Lines are written as textures finish, to the file itself: source, output, status (written,
+    /// up to date or failed), error, boundary_delta_e, ms and bytes. Shards should have a file each.
+    #[arg(long, value_name = "ROWS.jsonl", help_heading = heading::BATCHES)]
+    report: Option<PathBuf>,
     /// Skip outputs that are up to date
     ///
     /// An output is up to date if it is unchanged and was made from inputs with the same content
-    /// and with the same options. A record of both is kept in .uvgraft-manifest.jsonl beside the
-    /// outputs.
+    /// and with the same options. A record of both is kept in .uvgraft-manifest.jsonl in the output
+    /// folder, and for each shard in a file of its own. All of these records are read.
     #[arg(long, help_heading = heading::BATCHES)]
     skip_existing: bool,
     /// Number of textures to process in parallel [default: one per thread]
@@ -205,8 +232,22 @@ fn parse_format(text: &str) -> Result<String, String> {
         .ok_or_else(|| format!("must be one of {}", Format::extension_list()))
 }
 
+fn parse_shard(text: &str) -> Result<Shard, String> {
+    Shard::parse(text).map_err(|failure| failure.to_string())
+}
+
+fn list_at(path: &Path) -> TextureList {
+    if path.as_os_str() == "-" {
+        TextureList::StandardInput
+    } else {
+        TextureList::File(path.to_path_buf())
+    }
+}
+
 pub(crate) fn run(args: &Args) -> anyhow::Result<ExitCode> {
-    let done = args.checked_transfer()?.run(&Progress::new())?;
+    let transfer = args.checked_transfer()?;
+    let rows = args.report.as_deref().map(|path| Rows::new(path, &transfer)).transpose()?;
+    let done = transfer.run(&Progress::new(rows, args.shard))?;
     if let (Some(path), Some(blend), Some(file)) = (&args.blending.preview, &done.blend, &done.pair)
         && (done.written > 0 || done.failures.is_empty())
     {
@@ -253,6 +294,7 @@ impl Args {
         }
         transfer.existing =
             if self.skip_existing { Existing::KeepUpToDate } else { Existing::Replace };
+        transfer.shard = self.shard;
         transfer.jobs = self.jobs;
         transfer.memory = self.memory;
         if let Some(preview) = &self.blending.preview {
@@ -295,7 +337,16 @@ impl Args {
             }
             let onto = self.onto.first().map(|text| BaseSource::parse(text)).transpose()?;
             let values = if self.data { Values::Data } else { Values::Albedo };
-            return Ok(Inputs::Textures { sources: self.sources(), onto, values });
+            let sources = self.sources();
+            return match (&self.manifest, sources.first()) {
+                (None, _) => Ok(Inputs::Textures { sources, onto, values }),
+                (Some(list), None) => Ok(Inputs::Listed { list: list_at(list), onto, values }),
+                // With a map, no other argument is a pair.
+                (Some(_), Some(first)) => Err(bad_input(format!(
+                    "--manifest lists the textures: leave out {}",
+                    first.display()
+                ))),
+            };
         }
         if self.data {
             return Err(bad_input(

@@ -6,12 +6,13 @@ use std::path::{Path, PathBuf};
 use std::sync::{Mutex, PoisonError};
 
 use indicatif::ProgressBar;
-use uvgraft_pipeline::{Event, Observer};
+use uvgraft_pipeline::{Event, Observer, Shard};
 
 use crate::failure::{self, note, warn};
 use crate::fitting::{FitBar, FitSummary};
 use crate::progress;
 use crate::report::to_stdout;
+use crate::transfer::rows::Rows;
 
 /// Prints the progress of a transfer.
 pub(super) struct Progress {
@@ -21,20 +22,34 @@ pub(super) struct Progress {
 struct State {
     textures: ProgressBar,
     fits: HashMap<PathBuf, FitBar>,
+    rows: Option<Rows>,
+    shard: Option<Shard>,
 }
 
 impl Progress {
-    pub(super) fn new() -> Self {
-        let state = State { textures: ProgressBar::hidden(), fits: HashMap::new() };
+    /// - `rows`: where each texture is recorded, if anywhere.
+    pub(super) fn new(rows: Option<Rows>, shard: Option<Shard>) -> Self {
+        let (textures, fits) = (ProgressBar::hidden(), HashMap::new());
+        let state = State { textures, fits, rows, shard };
         Self { state: Mutex::new(state) }
     }
 }
 
 impl State {
     fn show(&mut self, event: Event<'_>) {
+        if let Some(Err(error)) = self.rows.as_mut().map(|rows| rows.add(&event)) {
+            // Further rows would leave a gap.
+            self.rows = None;
+            self.textures.suspend(|| warn(format!("{error:#}; no more lines are written")));
+        }
         match event {
             Event::Note(text) => note(text),
             Event::Warning(text) => self.textures.suspend(|| warn(text)),
+            Event::Planned { textures: 0, .. } => {
+                if let Some(shard) = self.shard {
+                    print(&format!("no textures in shard {shard}\n"));
+                }
+            }
             Event::Planned { textures, up_to_date: Some(count) } => {
                 print(&format!("{count} of {textures} up to date\n"));
             }
@@ -48,7 +63,7 @@ impl State {
             Event::FitProgress { source, progress } => {
                 self.fits.entry(source.to_path_buf()).or_default().show(progress);
             }
-            Event::TextureEnded => self.textures.inc(1),
+            Event::TextureEnded { .. } => self.textures.inc(1),
             Event::TextureReport { source, output, notes, warnings, result } => {
                 if let Some(bar) = self.fits.remove(source) {
                     bar.finish();

@@ -36,6 +36,18 @@ impl Observer for Renamed<'_> {
             Event::TextureStarted { source } => {
                 self.observer.event(Event::TextureStarted { source: self.path(source) });
             }
+            Event::TextureEnded { source, output, result, duration } => {
+                let failure = result.err().map(|failure| self.failure(failure));
+                self.observer.event(Event::TextureEnded {
+                    source: self.path(source),
+                    output: self.path(output),
+                    result: match &failure {
+                        Some(failure) => Err(failure),
+                        None => result,
+                    },
+                    duration,
+                });
+            }
             Event::FitProgress { source, progress } => {
                 let source = self.path(source);
                 self.observer.event(Event::FitProgress { source, progress });
