@@ -100,16 +100,17 @@ bench:
 bench-scaling:
 	$(CARGO) bench --locked -p uvgraft-tests --bench scaling
 
-# Compares resampling and whole transfers with OpenCV and PyTorch, as Python packages under target/:
+# Compares resampling and whole transfers, also from Python, with OpenCV and PyTorch, as packages under target/:
 # make bench-peers PEERS="--pair my.uvpair --threads 4"
 PEERS ?=
 PEERS_VENV := target/peers-venv
-bench-peers:
+bench-peers: wheel
 	$(CARGO) build --release --locked -p uvgraft-cli
 	test -x $(PEERS_VENV)/bin/pip || python3 -m venv --clear $(PEERS_VENV) || \
 		{ echo "bench-peers: python3 with the venv module is required" >&2; exit 1; }
 	$(PEERS_VENV)/bin/pip install --quiet --requirement benches/peers/requirements.txt || \
 		{ echo "bench-peers: could not install OpenCV and NumPy; is there a network?" >&2; exit 1; }
+	$(PEERS_VENV)/bin/pip install --quiet --no-deps --force-reinstall target/wheels/uvgraft-*.whl
 	$(PEERS_VENV)/bin/python benches/peers/peers.py $(PEERS)
 
 # Photographs of the built-in figure, what becomes of them, and how that compares with the truth; takes

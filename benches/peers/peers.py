@@ -3,8 +3,8 @@
     make bench-peers
     make bench-peers PEERS="--pair my.uvpair --threads 4"
 
-In process: OpenCV's remap and PyTorch's grid_sample, if it is installed, against what `uvgraft bench`
-measures. File to file: cv2_transfer.py against `uvgraft transfer`. All take turns, with the same number
+In process: OpenCV's remap, PyTorch's grid_sample and uvgraft's own Python package, if they are
+installed, against what `uvgraft bench` measures. File to file: cv2_transfer.py against `uvgraft transfer`. All take turns, with the same number
 of threads and the same map. Prints Markdown, and writes JSON next to the images that it makes.
 """
 
@@ -37,6 +37,9 @@ COUNTERPART = {
     "INTER_CUBIC": "catmull-rom",
     "INTER_LANCZOS4": "lanczos3",
 }
+FILTERS = ["bilinear", "catmull-rom", "lanczos3"]
+# From Python a source stays as it is, so the library's job is the one with a copy of it.
+COUNTERPART |= {f"from Python, {name}": f"{name}, source kept" for name in FILTERS}
 
 
 def main():
@@ -213,12 +216,12 @@ def differences(setups):
 def resample(args, pair, setups, report):
     """The resampling of all libraries, taking turns."""
     scenes = {name: setup.scene("detailed") for name, setup in setups.items()}
-    ways = {
-        (direction, *way): work
-        for direction, scene in scenes.items()
-        for way, work in (resamplers.opencv(scene) | resamplers.pytorch(scene)).items()
-    }
-    bench = [args.uvgraft, "bench", pair, "--both", "--stage", "resample", "--runs", 1, "--json"]
+    ways = {}
+    for direction, scene in scenes.items():
+        found = resamplers.opencv(scene) | resamplers.pytorch(scene)
+        found |= resamplers.python_package(scene, pair, direction == "reverse", FILTERS)
+        ways |= {(direction, *way): work for way, work in found.items()}
+    bench = [args.uvgraft, "bench", pair, "--both", "--stage", "resample,apply", "--runs", 1, "--json"]
     bench += ["--source-size", args.source_size, "--size", args.target_size]
     bench += ["--threads", args.threads]
     taken = {}
@@ -226,7 +229,8 @@ def resample(args, pair, setups, report):
         found = json.loads(run(*bench))
         report["versions"]["uvgraft"], report["cpu"] = found["uvgraft"], found["cpu"]
         for row in found["stages"]:
-            way = (row["direction"], f"uvgraft {row['with']}", "whole job", "–")
+            kept = ", source kept" if row["stage"] == "apply" else ""
+            way = (row["direction"], f"uvgraft {row['with']}{kept}", "whole job", "–")
             if turn > 0:
                 taken.setdefault(way, []).extend(row["times_ms"])
         for way, work in ways.items():

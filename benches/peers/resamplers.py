@@ -13,6 +13,11 @@ try:
 except ImportError:
     torch = None
 
+try:
+    import uvgraft
+except ImportError:
+    uvgraft = None
+
 # Outside the source by more than any filter's footprint.
 NOWHERE = -100.0
 
@@ -119,6 +124,29 @@ def pytorch(scene):
     return ways
 
 
+def python_package(scene, pair, reverse, filters):
+    """uvgraft from Python, which copies the source as its library does; empty if it is not installed."""
+    if uvgraft is None:
+        return {}
+    ways = {}
+    pair = uvgraft.Pair.load(pair)
+    out = scene.base.copy()
+
+    def add(name):
+        graft = uvgraft.Graft(pair, reverse=reverse, filter=name)
+        new = "new array"
+        ways[f"uvgraft from Python, {name}", "whole job", "in place"] = lambda: graft.apply(
+            scene.source, out, out=out
+        )
+        ways[f"uvgraft from Python, {name}", "whole job", new] = lambda: graft.apply(
+            scene.source, scene.base
+        )
+
+    for name in filters:
+        add(name)
+    return ways
+
+
 def versions():
     found = {"cv2": cv2.__version__, "numpy": np.__version__}
     return found | ({"torch": torch.__version__} if torch else {})
@@ -128,3 +156,5 @@ def set_threads(threads):
     cv2.setNumThreads(threads)
     if torch:
         torch.set_num_threads(threads)
+    if uvgraft:
+        uvgraft.set_threads(threads)

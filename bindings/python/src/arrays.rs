@@ -3,7 +3,7 @@
 use std::path::PathBuf;
 
 use numpy::{
-    Element, PyArray1, PyArrayDescrMethods, PyArrayDyn, PyArrayMethods, PyReadonlyArrayDyn,
+    Element, PyArray1, PyArrayDescr, PyArrayDescrMethods, PyArrayDyn, PyArrayMethods, PyReadonlyArrayDyn,
     PyReadwriteArrayDyn, PyUntypedArray, PyUntypedArrayMethods,
 };
 use pyo3::exceptions::PyMemoryError;
@@ -90,8 +90,22 @@ fn untyped<'py>(given: &Bound<'py, PyAny>, what: &str) -> PyResult<Bound<'py, Py
     Ok(array.cast_into::<PyUntypedArray>()?)
 }
 
+/// The storage type of an array's values, if textures have it.
+pub(crate) fn depth_of(array: &Bound<'_, PyUntypedArray>) -> Option<Depth> {
+    let py = array.py();
+    let dtype = array.dtype();
+    let is = |other: Bound<'_, PyArrayDescr>| dtype.is_equiv_to(&other);
+    if is(numpy::dtype::<u8>(py)) {
+        Some(Depth::U8)
+    } else if is(numpy::dtype::<u16>(py)) {
+        Some(Depth::U16)
+    } else {
+        is(numpy::dtype::<f32>(py)).then_some(Depth::F32)
+    }
+}
+
 /// The size and the channels of an array of texels.
-fn shape(array: &Bound<'_, PyUntypedArray>, what: &str) -> PyResult<(Size, Channels)> {
+pub(crate) fn shape(array: &Bound<'_, PyUntypedArray>, what: &str) -> PyResult<(Size, Channels)> {
     let wrong = || {
         bad_value(format_args!(
             "{what} must have shape (height, width) or (height, width, channels) with 1 to 4 \

@@ -15,7 +15,7 @@ use uvgraft::{
 };
 
 use crate::arguments::{self, chosen, direction, filter, filter_name, overlap, tone};
-use crate::arrays::{GivenTexture, OutArray, array, copy, texture};
+use crate::arrays::{GivenTexture, OutArray, array, copy, depth_of, shape, texture};
 use crate::base::Base;
 use crate::error::{bad_value, failed, of_graft};
 use crate::map::{self, SamplingMap};
@@ -194,9 +194,9 @@ impl Graft {
         let threads = threads::checked(threads)?.or(self.threads);
         let source = crate::arrays::texture(texture, "texture", self.settings.encoding)?;
         if let (Some(base), Some(out)) = (base, out)
-            && let Some(done) = self.apply_in_place(&source, base, out, threads)?
+            && self.works_in_place(source.texture.format(), base, out)?
         {
-            return Ok(done);
+            return self.apply_in_place(py, source, base, out, threads);
         }
         let base = Base::new(base, self.settings.content, self.settings.encoding)?;
         self.lay(py, source, base, out, threads, |graft, texture, format| {
@@ -545,60 +545,64 @@ impl Graft {
         Ok(out.clone())
     }
 
-    /// Lays a texture over an array that has the result's format already, without a copy of it:
-    /// only for plain transfers, which need not see the base. `None` if that is not possible.
+    /// Whether a texture can be laid over `out` without a copy of the base in another place: a plain
+    /// transfer, which need not see the base, where all three have one format.
+    fn works_in_place(
+        &self,
+        format: TexelFormat,
+        base: &Bound<'_, PyAny>,
+        out: &Bound<'_, PyAny>,
+    ) -> PyResult<bool> {
+        let settings = &self.settings;
+        let is_plain = settings.averaging == Averaging::Encoded
+            && matches!(settings.content, Content::Color | Content::Data)
+            && !settings.blend.as_ref().is_some_and(|blend| blend.options().needs_labels());
+        let (Ok(base), Ok(out)) = (base.cast::<PyUntypedArray>(), out.cast::<PyUntypedArray>())
+        else {
+            return Ok(false);
+        };
+        let channels = |array: &Bound<'_, PyUntypedArray>| match *array.shape() {
+            [_, _] => 1,
+            [_, _, channels] => channels,
+            _ => 0,
+        };
+        let has_format = |array: &Bound<'_, PyUntypedArray>| {
+            channels(array) == format.channels.count()
+                && depth_of(array) == Some(format.depth)
+                && !array.shape().contains(&0)
+        };
+        Ok(is_plain && has_format(base) && has_format(out) && base.shape()[..2] == out.shape()[..2])
+    }
+
+    /// Lays a texture over `out`, which first gets the base unless it is that array already.
     fn apply_in_place<'py>(
         &self,
-        source: &GivenTexture,
+        py: Python<'py>,
+        source: GivenTexture,
         base: &Bound<'py, PyAny>,
         out: &Bound<'py, PyAny>,
         threads: Option<usize>,
-    ) -> PyResult<Option<Bound<'py, PyAny>>> {
-        let py = base.py();
-        let settings = &self.settings;
-        if settings.blend.as_ref().is_some_and(|blend| blend.options().needs_labels()) {
-            return Ok(None);
-        }
-        let (Ok(given), Ok(_)) = (base.cast::<PyUntypedArray>(), out.cast::<PyUntypedArray>())
-        else {
-            return Ok(None);
-        };
-        let format = source.texture.format();
-        let channels = given.shape().get(2).copied().unwrap_or(1);
-        let &[height, width, ..] = given.shape() else { return Ok(None) };
-        if channels != format.channels.count() || given.ndim() > 3 {
-            return Ok(None);
-        }
-        let side = |texels: usize| u32::try_from(texels).unwrap_or(u32::MAX);
-        let size = Size::new(side(width), side(height));
-        if size.texels() == 0 || size.width.max(size.height) > Texture::MAX_SIDE {
-            return Ok(None);
-        }
-        let sizes = self.sizes(source.texture.size(), Some(size))?;
-        let out_dtype = out.getattr(intern!(py, "dtype"))?;
-        if !base.getattr(intern!(py, "dtype"))?.eq(&out_dtype)? {
-            return Ok(None);
-        }
-        let Ok(mut target) = OutArray::new(out, size, format) else { return Ok(None) };
-        let graft = self.graft(py, sizes, threads)?;
-        let (texture, warnings) = self.finite(source.texture.clone());
-        let overlay = threads::run(py, threads, || graft.overlay(texture, format))?;
-        let overlay = overlay.map_err(of_graft)?;
-        if !overlay.works_in(format) || overlay.format().depth != format.depth {
-            return Ok(None);
-        }
+    ) -> PyResult<Bound<'py, PyAny>> {
+        let array = base.cast::<PyUntypedArray>()?;
+        let (to, _) = shape(array, "base")?;
+        let (texture, warnings) = self.finite(source.texture);
+        let format = texture.format();
+        let graft = self.graft(py, self.sizes(texture.size(), Some(to))?, threads)?;
         if !base.is(out) {
-            drop(target);
+            // Checks `out` before it changes.
+            OutArray::new(out, to, format)?;
             py.import(intern!(py, "numpy"))?.call_method1(intern!(py, "copyto"), (out, base))?;
-            target = OutArray::new(out, size, format)?;
         }
+        let mut target = OutArray::new(out, to, format)?;
         let texels = target.texels_mut()?;
-        threads::run(py, threads, || overlay.lay_in_place(0, format, texels))?
-            .map_err(bad_value)?;
+        threads::run(py, threads, || -> PyResult<()> {
+            let overlay = graft.overlay(texture, format).map_err(of_graft)?;
+            overlay.lay_in_place(0, format, texels).map_err(bad_value)
+        })??;
         for warning in warnings {
             warn(py, &warning)?;
         }
-        Ok(Some(out.clone()))
+        Ok(out.clone())
     }
 
     /// A texture without NaN and infinite values, and a warning if it had any.

@@ -20,6 +20,7 @@ A plain transfer is linear: with the texels of a texture in a vector, it is a pr
 from __future__ import annotations
 
 import itertools
+import warnings
 import weakref
 from contextlib import AbstractContextManager, nullcontext
 from typing import Any
@@ -315,9 +316,12 @@ def _csr(rows: Rows, device: Any, dtype: Any) -> Any:
     starts = rows.starts.astype(np.int32 if narrow else np.int64)
     columns = rows.columns.astype(starts.dtype, copy=False)
     parts = [torch.from_numpy(part).to(device) for part in (starts, columns, rows.values)]
-    return torch.sparse_csr_tensor(
-        parts[0], parts[1], parts[2].to(dtype), size=rows.shape, check_invariants=False
-    )
+    with warnings.catch_warnings():
+        # PyTorch says once that they are in beta, about which users of textures can do nothing.
+        warnings.filterwarnings("ignore", "Sparse CSR tensor support", UserWarning)
+        return torch.sparse_csr_tensor(
+            parts[0], parts[1], parts[2].to(dtype), size=rows.shape, check_invariants=False
+        )
 
 
 def _coverage(graft: Graft, size: tuple[int, int]) -> Any:

@@ -88,6 +88,7 @@ impl Row {
             StageKind::Map => "build map",
             StageKind::Padding => "prepare padding",
             StageKind::Resample => "resample",
+            StageKind::Apply => "resample a copy",
             StageKind::Decode => "decode PNG",
             StageKind::Encode => "encode PNG",
             StageKind::File => "file to file",

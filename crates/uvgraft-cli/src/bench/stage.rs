@@ -16,6 +16,8 @@ pub(crate) enum StageKind {
     Padding,
     /// Resample the source into the base, padding included
     Resample,
+    /// Resample a source that must stay as it is, and is copied, into the base
+    Apply,
     /// Decode the PNG files of source and base
     Decode,
     /// Encode the result as PNG
@@ -26,12 +28,13 @@ pub(crate) enum StageKind {
 
 impl StageKind {
     /// All stages in the order of a transfer, the complete transfer last.
-    pub(crate) const ALL: [Self; 7] = [
+    pub(crate) const ALL: [Self; 8] = [
         Self::ReadPair,
         Self::Map,
         Self::Padding,
         Self::Decode,
         Self::Resample,
+        Self::Apply,
         Self::Encode,
         Self::File,
     ];

@@ -108,6 +108,9 @@ impl<'a> Workload<'a> {
             StageKind::Resample => {
                 filters.iter().map(|filter| self.resample(*filter)).collect::<Result<_, _>>()?
             }
+            StageKind::Apply => {
+                filters.iter().map(|filter| self.apply(*filter)).collect::<Result<_, _>>()?
+            }
             StageKind::Encode => vec![self.encode()?],
             StageKind::File => {
                 filters.iter().map(|filter| self.file_to_file(*filter)).collect::<Result<_, _>>()?
@@ -165,6 +168,21 @@ impl<'a> Workload<'a> {
         let moved = (self.read + self.filled) * TEXEL;
         let variant = Some(Variant::Filter(filter));
         Ok(stage(StageKind::Resample, variant, Some(self.filled), Some(moved), work))
+    }
+
+    /// What a user of the library calls, who keeps the source.
+    fn apply(&self, filter: Filter) -> anyhow::Result<Stage<'_>> {
+        let graft = self.graft(filter)?;
+        let mut base = Some(self.base.clone());
+        let work = move || {
+            let below = base.take().context("a base")?;
+            let (laid, seconds) = time(|| graft.apply(&self.source, below));
+            base = Some(laid?);
+            Ok(seconds)
+        };
+        let moved = (2 * self.from.texels() + self.read + self.filled) * TEXEL;
+        let variant = Some(Variant::Filter(filter));
+        Ok(stage(StageKind::Apply, variant, Some(self.filled), Some(moved), work))
     }
 
     fn encode(&self) -> anyhow::Result<Stage<'_>> {
