@@ -76,14 +76,7 @@ impl Plan {
     /// One job for each material map, its output named after the role, in the format of the source.
     fn of_maps(transfer: &Transfer, maps: &[MaterialMap]) -> Result<Self> {
         let folder = &*transfer.output;
-        let is_new = !folder.is_dir();
-        let says_folder = folder.as_os_str().as_encoded_bytes().ends_with(b"/");
-        if is_new && (folder.exists() || (Format::from_path(folder).is_some() && !says_folder)) {
-            let folder = folder.display();
-            return Err(Failure::input(format!(
-                "with --map, the output must be a folder, got {folder}"
-            )));
-        }
+        let is_new = is_new_folder(folder, "--map")?;
         let mut batches: Vec<Batch> = Vec::with_capacity(maps.len());
         for MaterialMap { role, source, onto } in maps {
             let extension = match &transfer.format {
@@ -206,15 +199,16 @@ fn says_folder(output: &Path) -> bool {
 ///
 /// - `what`: makes the output a folder.
 fn is_new_folder(output: &Path, what: &str) -> Result<bool> {
-    let is_new = !output.is_dir();
-    let says_file = Format::from_path(output).is_some() && !says_folder(output);
-    if is_new && (output.exists() || says_file) {
-        let output = output.display();
-        return Err(Failure::input(format!(
-            "with {what}, the output must be a folder, got {output}"
-        )));
+    // Looked at once: another shard may be creating it.
+    let (is_new, is_folder) = match output.metadata() {
+        Ok(found) => (false, found.is_dir()),
+        Err(_) => (true, says_folder(output) || Format::from_path(output).is_none()),
+    };
+    if is_folder {
+        return Ok(is_new);
     }
-    Ok(is_new)
+    let output = output.display();
+    Err(Failure::input(format!("with {what}, the output must be a folder, got {output}")))
 }
 
 /// The job of a texture whose output is named after it; `None` if it belongs to another shard.
