@@ -3,22 +3,29 @@
 //! It converts arguments and results, and leaves the work to the crates. Docstrings and types are in
 //! the package's stub, `uvgraft/_uvgraft.pyi`.
 
-// Extension modules are loaded by the interpreter, which only knows Python's documentation.
-#![allow(missing_docs, reason = "what Python users read is in the package")]
+#![expect(clippy::needless_pass_by_value, reason = "the interpreter hands over owned arguments")]
+#![expect(
+    clippy::too_many_arguments,
+    reason = "Python's keyword arguments have names and defaults"
+)]
 
 mod arguments;
 mod arrays;
 mod base;
+mod body;
 mod command;
 mod error;
 mod file_transfer;
 mod graft;
 mod images;
+mod lpips_weights;
 mod map;
 mod mesh;
+mod metrics;
 mod operator;
 mod pair;
 mod region;
+mod seams;
 mod threads;
 
 use pyo3::prelude::*;
@@ -51,9 +58,18 @@ fn _uvgraft(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add_class::<graft::Graft>()?;
     module.add_class::<map::SamplingMap>()?;
     module.add_class::<operator::Operator>()?;
+    module.add_class::<body::BodyModel>()?;
     module.add_class::<file_transfer::Prepared>()?;
     module.add_function(wrap_pyfunction!(images::read_image, module)?)?;
     module.add_function(wrap_pyfunction!(images::write_image, module)?)?;
+    module.add_function(wrap_pyfunction!(metrics::compare, module)?)?;
+    module.add_function(wrap_pyfunction!(metrics::l1, module)?)?;
+    module.add_function(wrap_pyfunction!(metrics::psnr, module)?)?;
+    module.add_function(wrap_pyfunction!(metrics::ssim, module)?)?;
+    module.add_function(wrap_pyfunction!(metrics::ssimulacra2, module)?)?;
+    module.add_function(wrap_pyfunction!(metrics::flip, module)?)?;
+    module.add_function(wrap_pyfunction!(metrics::lpips, module)?)?;
+    module.add_function(wrap_pyfunction!(seams::seams, module)?)?;
     module.add_function(wrap_pyfunction!(set_threads, module)?)?;
     module.add_function(wrap_pyfunction!(get_threads, module)?)?;
     module.add_function(wrap_pyfunction!(command::run_command, module)?)?;
