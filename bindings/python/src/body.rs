@@ -7,9 +7,7 @@ use pyo3::exceptions::PyMemoryError;
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 use uvgraft::Mesh as CoreMesh;
-use uvgraft_avatar::body::{
-    BodyError, BodyModel as CoreModel, ModelFile, ReadOptions, Shape, Shaped, Side,
-};
+use uvgraft_avatar::body::{BodyError, Gender, ModelFile, ReadOptions, Shape, Shaped, Side};
 use uvgraft_avatar::rig::{Pose, RigError};
 use uvgraft_io::model_mesh;
 
@@ -120,7 +118,7 @@ impl BodyModel {
     /// "neutral", "male" or "female", if the file or its name states it.
     #[getter]
     fn gender(&self) -> Option<&'static str> {
-        self.file.gender.map(|gender| gender.name())
+        self.file.gender.map(Gender::name)
     }
 
     /// The terms of the model, if the file states them.
@@ -225,13 +223,7 @@ impl BodyModel {
         threads: Option<i64>,
     ) -> PyResult<Bound<'py, PyAny>> {
         let bodies = self.bodies([betas, expression, pose, translation])?;
-        let posed = |shaped: &Shaped<'_>, poses: &[Pose], out: &mut Vec<f32>| {
-            for frame in shaped.posed_frames(poses)? {
-                out.extend_from_slice(frame.as_flattened());
-            }
-            Ok(())
-        };
-        self.points(py, &bodies, self.num_vertices(), threads, posed)
+        self.points(py, &bodies, self.num_vertices(), threads, place_vertices)
     }
 
     /// Return the positions of the joints of a body or of a batch.
@@ -263,13 +255,7 @@ impl BodyModel {
         threads: Option<i64>,
     ) -> PyResult<Bound<'py, PyAny>> {
         let bodies = self.bodies([betas, expression, pose, translation])?;
-        let placed = |shaped: &Shaped<'_>, poses: &[Pose], out: &mut Vec<f32>| {
-            for pose in poses {
-                out.extend_from_slice(shaped.joints(pose)?.as_flattened());
-            }
-            Ok(())
-        };
-        self.points(py, &bodies, self.num_joints(), threads, placed)
+        self.points(py, &bodies, self.num_joints(), threads, place_joints)
     }
 
     /// Return a body as a mesh with a UV layout.
@@ -307,7 +293,7 @@ impl BodyModel {
         threads: Option<i64>,
     ) -> PyResult<Mesh> {
         let bodies = self.bodies([betas, expression, pose, translation])?;
-        if bodies.frames.is_some() {
+        if bodies.frames.is_some_and(|count| count != 1) {
             return Err(bad_value("a mesh is of a single body, not of a batch"));
         }
         let (layout, name) = match (layout, &self.layout) {
@@ -358,8 +344,7 @@ impl BodyModel {
         if let Some((name, value)) = named.iter().find(|(_, value)| !value.is_finite()) {
             return Err(bad_value(format_args!("{name} must be finite, got {value}")));
         }
-        let mut betas =
-            py.detach(|| self.file.model.named_shape(&named)).map_err(bad_value)?.betas;
+        let mut betas = py.detach(|| self.file.model.named_shape(&named)).map_err(bad_value)?.betas;
         betas.resize(self.num_betas(), 0.0);
         let count = betas.len();
         shaped(py, betas, vec![count])
@@ -410,7 +395,8 @@ impl BodyModel {
     ///     The hand, from the person's own point of view.
     fn hand_mean<'py>(&self, py: Python<'py>, side: &str) -> PyResult<Option<Bound<'py, PyAny>>> {
         let mean = self.file.model.hand_mean(hand(side)?);
-        mean.map(|turns| shaped(py, turns.as_flattened().to_vec(), vec![turns.len(), 3])).transpose()
+        mean.map(|turns| shaped(py, turns.as_flattened().to_vec(), vec![turns.len(), 3]))
+            .transpose()
     }
 
     fn __repr__(&self) -> String {
@@ -448,9 +434,8 @@ impl Bodies {
             }
             let shape = of_frame(&self.shapes, first);
             let most = count.min(first + FRAMES_AT_ONCE);
-            let last = (first..most)
-                .find(|&frame| of_frame(&self.shapes, frame) != shape)
-                .unwrap_or(most);
+            let last =
+                (first..most).find(|&frame| of_frame(&self.shapes, frame) != shape).unwrap_or(most);
             let poses = (first..last).map(|frame| of_frame(&self.poses, frame).clone()).collect();
             first = last;
             Some((shape, poses))
@@ -466,6 +451,20 @@ fn of_frame<T>(items: &[T], frame: usize) -> &T {
 /// Writes the points of a shape in some poses.
 type Placing = fn(&Shaped<'_>, &[Pose], &mut Vec<f32>) -> Result<(), RigError>;
 
+fn place_vertices(body: &Shaped<'_>, poses: &[Pose], out: &mut Vec<f32>) -> Result<(), RigError> {
+    for frame in body.posed_frames(poses)? {
+        out.extend_from_slice(frame.as_flattened());
+    }
+    Ok(())
+}
+
+fn place_joints(body: &Shaped<'_>, poses: &[Pose], out: &mut Vec<f32>) -> Result<(), RigError> {
+    for pose in poses {
+        out.extend_from_slice(body.joints(pose)?.as_flattened());
+    }
+    Ok(())
+}
+
 impl BodyModel {
     /// - `given`: betas, expression, pose and translation.
     fn bodies(&self, given: [Option<&Bound<'_, PyAny>>; 4]) -> PyResult<Bodies> {
@@ -476,16 +475,16 @@ impl BodyModel {
         let pose = Rows::pose(pose, self.num_joints())?;
         let translation = Rows::translation(translation)?;
         let frames = common_frames([&betas, &expression, &pose, &translation])?;
-        let shapes = (0..betas.count().max(expression.count()))
+        let shapes = (0..count([&betas, &expression]))
             .map(|frame| Shape {
                 betas: betas.of(frame).to_vec(),
                 expression: expression.of(frame).to_vec(),
             })
             .collect();
-        let poses = (0..pose.count().max(translation.count()))
+        let poses = (0..count([&pose, &translation]))
             .map(|frame| {
-                let [x, y, z] = translation.of(frame) else { unreachable!("three in a row") };
-                Pose::from_axis_angles([*x, *y, *z], pose.of(frame).as_chunks::<3>().0)
+                let place = translation.of(frame).first_chunk().copied().unwrap_or_default();
+                Pose::from_axis_angles(place, pose.of(frame).as_chunks::<3>().0)
             })
             .collect();
         Ok(Bodies { shapes, poses, frames })
@@ -544,7 +543,7 @@ impl Rows {
         let (shape, values) = numbers::<f32>(given, what, "float32")?;
         match values.iter().position(|value| !value.is_finite()) {
             Some(at) => Err(bad_value(format_args!(
-                "{what} must be finite in float32, got {} as value {at}",
+                "{what} must be finite in float32, got {} at flat index {at}",
                 values[at]
             ))),
             None => Ok((shape, values)),
@@ -603,14 +602,17 @@ impl Rows {
         }
     }
 
-    fn count(&self) -> usize {
-        self.frames.unwrap_or(1)
-    }
-
+    /// The row of a frame.
     fn of(&self, frame: usize) -> &[f32] {
-        let row = if self.count() == 1 { 0 } else { frame };
+        let row = if self.frames.is_none_or(|count| count == 1) { 0 } else { frame };
         &self.values[row * self.width..][..self.width]
     }
+}
+
+/// The number of different rows in two parameters together: those of the batch that is not repeated.
+fn count(both: [&Rows; 2]) -> usize {
+    let mut frames = both.into_iter().filter_map(|rows| rows.frames);
+    frames.find(|&count| count != 1).unwrap_or(1)
 }
 
 /// The number of frames of a batch; `None` if no parameter is one. A batch of a single frame is

@@ -3,7 +3,7 @@
 use std::path::PathBuf;
 use std::sync::Arc;
 
-use numpy::{PyUntypedArray, PyUntypedArrayMethods};
+use numpy::{PyArrayDescrMethods, PyUntypedArray, PyUntypedArrayMethods};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 use uvgraft::{Encoding, Size};
@@ -106,7 +106,7 @@ fn colors(given: &Bound<'_, PyAny>, what: &str, encoding: Encoding) -> PyResult<
 
 fn selected(given: &Bound<'_, PyAny>, wanted: Size) -> PyResult<Mask> {
     if let Ok(array) = given.cast::<PyUntypedArray>()
-        && !(array.dtype().kind() == b'b' || (array.dtype().kind(), array.dtype().itemsize()) == (b'u', 1))
+        && !matches!((array.dtype().kind(), array.dtype().itemsize()), (b'b' | b'u', 1))
     {
         let found = array.dtype().str()?.to_string();
         return Err(bad_type(format_args!("mask must have dtype bool or uint8, got {found}")));

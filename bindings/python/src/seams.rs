@@ -5,9 +5,9 @@ use std::sync::Arc;
 use pyo3::intern;
 use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyTuple};
+use uvgraft::blend::RegionError;
 use uvgraft::{
-    Anatomy, Area, Blend, BlendDomain, BlendOptions, Encoding, GraftError, MeshError, RegionError,
-    Texture,
+    Anatomy, Area, Blend, BlendDomain, BlendOptions, Encoding, GraftError, MeshError, Texture,
 };
 use uvgraft_metrics::seams::{
     EdgeGroup, Offset, SeamEdge, SeamError, SeamNotes, SeamOptions, SeamReport, SkinColors, Step,
@@ -135,9 +135,10 @@ fn options(offset: Option<f64>, distance: Option<f64>, worst: i64) -> PyResult<S
         (None, Some(distance)) => Offset::Distance(at_least_0("distance", distance)?),
         (texels, None) => Offset::Texels(at_least_0("offset", texels.unwrap_or(1.0))?),
     };
-    let worst = usize::try_from(worst).ok().filter(|&count| count <= MAX_WORST).ok_or_else(|| {
-        bad_value(format_args!("worst must be from 0 to {MAX_WORST}, got {worst}"))
-    })?;
+    let worst =
+        usize::try_from(worst).ok().filter(|&count| count <= MAX_WORST).ok_or_else(|| {
+            bad_value(format_args!("worst must be from 0 to {MAX_WORST}, got {worst}"))
+        })?;
     Ok(SeamOptions::default().offset(offset).worst(worst))
 }
 

@@ -18,8 +18,9 @@ read, a PIL image or the path of an image file will do as well. Sizes are one si
 
 from uvgraft._file_transfer import FileTransfer, Transferred
 from uvgraft._region import Region
-from uvgraft._results import Fit, Tone
+from uvgraft._results import EdgeGroup, Fit, Seams, SeamSteps, SkinMatch, Tone, WorstEdge
 from uvgraft._uvgraft import (
+    BodyModel,
     Error,
     Graft,
     Mesh,
@@ -27,13 +28,23 @@ from uvgraft._uvgraft import (
     Pair,
     SamplingMap,
     __version__,
+    compare,
+    flip,
     get_threads,
+    l1,
+    lpips,
+    psnr,
     read_image,
+    seams,
     set_threads,
+    ssim,
+    ssimulacra2,
     write_image,
 )
 
 __all__ = [
+    "BodyModel",
+    "EdgeGroup",
     "Error",
     "FileTransfer",
     "Fit",
@@ -43,11 +54,23 @@ __all__ = [
     "Pair",
     "Region",
     "SamplingMap",
+    "SeamSteps",
+    "Seams",
+    "SkinMatch",
     "Tone",
     "Transferred",
+    "WorstEdge",
     "__version__",
+    "compare",
+    "flip",
     "get_threads",
+    "l1",
+    "lpips",
+    "psnr",
     "read_image",
+    "seams",
     "set_threads",
+    "ssim",
+    "ssimulacra2",
     "write_image",
 ]

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from uvgraft._region import Region
-from uvgraft._results import Fit, Tone
+from uvgraft._results import Fit, Seams, Tone
 
 _StrPath: TypeAlias = str | os.PathLike[str]
 # An array, a PIL image, anything else with `__array__`, or the path of an image file.
@@ -17,6 +17,7 @@ _Size: TypeAlias = int | tuple[int, int]
 _FilterName: TypeAlias = Literal["nearest", "bilinear", "catmull-rom", "lanczos3"]
 _Prefer: TypeAlias = Literal["first", "left", "right"]
 _NormalY: TypeAlias = Literal["opengl", "directx"]
+_ColorEncoding: TypeAlias = Literal["srgb", "linear"]
 
 __all__: list[str]
 __version__: str
@@ -231,3 +232,144 @@ def write_image(
 def set_threads(threads: int) -> None: ...
 def get_threads() -> int: ...
 def run_command(arguments: Sequence[_StrPath]) -> int: ...
+def l1(
+    reference: _Image,
+    test: _Image,
+    *,
+    mask: _Image | None = None,
+    encoding: _ColorEncoding = "srgb",
+    threads: int | None = None,
+) -> float: ...
+def psnr(
+    reference: _Image,
+    test: _Image,
+    *,
+    mask: _Image | None = None,
+    encoding: _ColorEncoding = "srgb",
+    threads: int | None = None,
+) -> float: ...
+def ssim(
+    reference: _Image,
+    test: _Image,
+    *,
+    window: Literal["gaussian", "uniform"] = "gaussian",
+    mask: _Image | None = None,
+    encoding: _ColorEncoding = "srgb",
+    threads: int | None = None,
+) -> float: ...
+def ssimulacra2(
+    reference: _Image,
+    test: _Image,
+    *,
+    mask: _Image | None = None,
+    encoding: _ColorEncoding = "srgb",
+    threads: int | None = None,
+) -> float: ...
+def flip(
+    reference: _Image,
+    test: _Image,
+    *,
+    mask: _Image | None = None,
+    encoding: _ColorEncoding = "srgb",
+    threads: int | None = None,
+) -> float: ...
+def lpips(
+    reference: _Image,
+    test: _Image,
+    *,
+    network: Literal["alex", "vgg"] = "alex",
+    weights: _StrPath | None = None,
+    mask: _Image | None = None,
+    encoding: _ColorEncoding = "srgb",
+    threads: int | None = None,
+) -> float: ...
+def compare(
+    reference: _Image,
+    test: _Image,
+    *,
+    mask: _Image | None = None,
+    metrics: str | Iterable[str] | None = None,
+    weights: _StrPath | None = None,
+    encoding: _ColorEncoding = "srgb",
+    threads: int | None = None,
+) -> dict[str, float]: ...
+def seams(
+    pair: Pair | Graft,
+    texture: _Image,
+    *,
+    reverse: bool = False,
+    region: Region | None = None,
+    offset: float | None = None,
+    distance: float | None = None,
+    base: _Image | None = None,
+    face: _Image | None = None,
+    worst: int = 5,
+    encoding: _ColorEncoding = "srgb",
+    threads: int | None = None,
+) -> Seams: ...
+
+@final
+class BodyModel:
+    @staticmethod
+    def load(
+        path: _StrPath, *, max_betas: int | None = None, correctives: bool = True
+    ) -> BodyModel: ...
+    @property
+    def kind(self) -> Literal["SMPL", "SMPL-H", "SMPL-X", "FLAME"]: ...
+    @property
+    def gender(self) -> Literal["neutral", "male", "female"] | None: ...
+    @property
+    def license(self) -> str | None: ...
+    @property
+    def joint_names(self) -> list[str]: ...
+    @property
+    def parents(self) -> list[int]: ...
+    @property
+    def num_vertices(self) -> int: ...
+    @property
+    def num_joints(self) -> int: ...
+    @property
+    def num_betas(self) -> int: ...
+    @property
+    def num_expressions(self) -> int: ...
+    @property
+    def expression_names(self) -> list[str]: ...
+    @property
+    def shape_names(self) -> list[str]: ...
+    @property
+    def has_correctives(self) -> bool: ...
+    @property
+    def faces(self) -> NDArray[np.uint32]: ...
+    def vertices(
+        self,
+        *,
+        betas: ArrayLike | None = None,
+        expression: ArrayLike | None = None,
+        pose: ArrayLike | None = None,
+        translation: ArrayLike | None = None,
+        threads: int | None = None,
+    ) -> NDArray[np.float32]: ...
+    def joints(
+        self,
+        *,
+        betas: ArrayLike | None = None,
+        expression: ArrayLike | None = None,
+        pose: ArrayLike | None = None,
+        translation: ArrayLike | None = None,
+        threads: int | None = None,
+    ) -> NDArray[np.float32]: ...
+    def mesh(
+        self,
+        layout: Mesh | None = None,
+        *,
+        betas: ArrayLike | None = None,
+        expression: ArrayLike | None = None,
+        pose: ArrayLike | None = None,
+        translation: ArrayLike | None = None,
+        threads: int | None = None,
+    ) -> Mesh: ...
+    def named_betas(self, **values: float) -> NDArray[np.float32]: ...
+    def hand_pose(
+        self, side: Literal["left", "right"], coefficients: ArrayLike
+    ) -> NDArray[np.float32]: ...
+    def hand_mean(self, side: Literal["left", "right"]) -> NDArray[np.float32] | None: ...
