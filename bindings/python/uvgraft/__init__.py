@@ -19,6 +19,7 @@ read, a PIL image or the path of an image file will do as well. Sizes are one si
 from uvgraft._file_transfer import FileTransfer, Transferred
 from uvgraft._region import Region
 from uvgraft._results import EdgeGroup, Fit, Seams, SeamSteps, SkinMatch, Tone, WorstEdge
+from uvgraft._roundtrip import RoundTrip, roundtrip
 from uvgraft._uvgraft import (
     BodyModel,
     Error,
@@ -53,6 +54,7 @@ __all__ = [
     "Operator",
     "Pair",
     "Region",
+    "RoundTrip",
     "SamplingMap",
     "SeamSteps",
     "Seams",
@@ -68,6 +70,7 @@ __all__ = [
     "lpips",
     "psnr",
     "read_image",
+    "roundtrip",
     "seams",
     "set_threads",
     "ssim",
