@@ -402,9 +402,7 @@ impl Graft {
         device: Option<&Bound<'py, PyAny>>,
     ) -> PyResult<Bound<'py, PyAny>> {
         let map = self.map(py, size, None)?;
-        py.import(intern!(py, "uvgraft._grids"))?
-            .getattr(intern!(py, "grid"))?
-            .call1((map, device))
+        py.import(intern!(py, "uvgraft._grids"))?.getattr(intern!(py, "grid"))?.call1((map, device))
     }
 
     /// The pair.
@@ -417,6 +415,12 @@ impl Graft {
     #[getter]
     fn reverse(&self) -> bool {
         self.settings.direction == Direction::Reverse
+    }
+
+    /// The part of the surface that is transferred; None for everything linked.
+    #[getter]
+    pub(crate) fn region<'py>(&self, py: Python<'py>) -> PyResult<Option<Bound<'py, PyAny>>> {
+        Options { given: self.options.bind(py).clone() }.get("region")
     }
 
     /// The interpolation filter.

@@ -4,15 +4,11 @@ use std::path::{Path, PathBuf};
 use std::sync::{Arc, Mutex, PoisonError};
 use std::time::SystemTime;
 
-use etcetera::BaseStrategy;
 use pyo3::prelude::*;
 use uvgraft_io::lpips_weights;
 use uvgraft_metrics::lpips::{Lpips, LpipsNetwork};
 
 use crate::error::{of_file, of_reading};
-
-/// Overrides the path of the weights, for the command too.
-const VARIABLE: &str = "UVGRAFT_WEIGHTS";
 
 /// A network that was read, and what shows that its file is still the same.
 struct Known {
@@ -40,7 +36,7 @@ pub(crate) fn read(
     network: LpipsNetwork,
     path: Option<&Path>,
 ) -> PyResult<Option<Arc<Lpips>>> {
-    let path = match (path, imported()) {
+    let path = match (path, uvgraft_cli::weights::lpips_path().ok()) {
         (Some(path), _) => path.to_path_buf(),
         (None, Some(path)) if path.exists() => path,
         (None, _) => return Ok(None),
@@ -67,13 +63,4 @@ pub(crate) fn read(
     }
     all.push(Known { path, network, written, bytes, lpips: Arc::clone(&lpips) });
     Ok(Some(lpips))
-}
-
-/// Where the command keeps the weights that it imports.
-fn imported() -> Option<PathBuf> {
-    if let Some(path) = std::env::var_os(VARIABLE).filter(|path| !path.is_empty()) {
-        return Some(PathBuf::from(path));
-    }
-    let folders = etcetera::choose_base_strategy().ok()?;
-    Some(folders.data_dir().join("uvgraft").join("lpips.safetensors"))
 }

@@ -216,6 +216,15 @@ impl Pair {
         format!("<uvgraft.Pair {source_name:?} to {target_name:?}: {pieces} pieces>")
     }
 
+    /// What notebooks show.
+    fn _repr_html_<'py>(slf: &Bound<'py, Self>) -> PyResult<Bound<'py, PyAny>> {
+        slf.py().import("uvgraft._notebook")?.call_method1("pair_html", (slf,))
+    }
+
+    fn _repr_png_<'py>(slf: &Bound<'py, Self>) -> PyResult<Bound<'py, PyAny>> {
+        slf.py().import("uvgraft._notebook")?.call_method1("pair_png", (slf,))
+    }
+
     fn __reduce__<'py>(slf: &Bound<'py, Self>) -> PyResult<Bound<'py, PyTuple>> {
         let py = slf.py();
         let remake = slf.get_type().getattr("from_bytes")?;

@@ -37,13 +37,13 @@ const MAX_WORST: usize = 1000;
 /// Parameters
 /// ----------
 /// pair : Pair or Graft
-///     The meshes; of a graft its pair and direction.
+///     The meshes; of a graft its pair, direction and region.
 /// texture : ndarray, PIL image or path
 ///     In the target's layout, or in the source's if reversed.
 /// reverse : bool
 ///     The texture is in the layout of the pair's source; for a `Pair`.
 /// region : Region, optional
-///     The part of the surface whose boundary is measured; by default everything linked.
+///     The part of the surface whose boundary is measured; by default the graft's, or everything linked.
 /// offset : float, optional
 ///     Distance from the edge at which colours are sampled on each side, in texels and within the UV
 ///     island; by default 1.
@@ -94,13 +94,15 @@ pub(crate) fn seams<'py>(
     encoding: &str,
     threads: Option<i64>,
 ) -> PyResult<Bound<'py, PyAny>> {
+    let of_graft = pair.cast::<Graft>().ok().map(|graft| graft.get().region(py)).transpose()?;
+    let region = region.cloned().or(of_graft.flatten());
     let (pair, reverse) = pair_of(pair, reverse)?;
     let options = options(offset, distance, worst)?;
     let threads = threads::checked(threads)?;
     let textures = Textures::new(texture, base, face, encoding)?;
     let (pair, direction) = (Arc::clone(&pair.get().file.pair), direction(reverse));
     let domain = threads::run(py, threads, move || BlendDomain::new(pair, direction))?;
-    let selected = match region {
+    let selected = match &region {
         Some(region) => selection(&domain, region)?,
         None => domain.linked(),
     };

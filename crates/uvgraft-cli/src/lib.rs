@@ -45,7 +45,7 @@ mod selfie;
 mod table;
 mod transfer;
 mod view;
-mod weights;
+pub mod weights;
 
 use std::ffi::OsString;
 use std::process::ExitCode;

@@ -215,7 +215,11 @@ pub(crate) fn lpips(network: LpipsNetwork) -> anyhow::Result<Option<Lpips>> {
     }
 }
 
-fn lpips_path() -> anyhow::Result<PathBuf> {
+/// Where the weights of LPIPS are kept, whether or not they were imported.
+///
+/// # Errors
+/// If the environment names no folder for user data.
+pub fn lpips_path() -> anyhow::Result<PathBuf> {
     path(LPIPS_VARIABLE, "lpips.safetensors")
 }
 
