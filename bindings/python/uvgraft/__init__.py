@@ -16,10 +16,15 @@ read, a PIL image or the path of an image file will do as well. Sizes are one si
 ``(height, width)`` as in an array's shape. The interpreter's lock is released while uvgraft works.
 """
 
+from uvgraft._avatar import Avatar, avatar, avatar_from_photos
 from uvgraft._file_transfer import FileTransfer, Transferred
+from uvgraft._notebook import TextureView, show
+from uvgraft._progress import Progress
 from uvgraft._region import Region
+from uvgraft._render import render
 from uvgraft._results import EdgeGroup, Fit, Seams, SeamSteps, SkinMatch, Tone, WorstEdge
 from uvgraft._roundtrip import RoundTrip, roundtrip
+from uvgraft._selfie import Selfie, selfie
 from uvgraft._uvgraft import (
     BodyModel,
     Error,
@@ -44,6 +49,7 @@ from uvgraft._uvgraft import (
 )
 
 __all__ = [
+    "Avatar",
     "BodyModel",
     "EdgeGroup",
     "Error",
@@ -53,16 +59,21 @@ __all__ = [
     "Mesh",
     "Operator",
     "Pair",
+    "Progress",
     "Region",
     "RoundTrip",
     "SamplingMap",
     "SeamSteps",
     "Seams",
+    "Selfie",
     "SkinMatch",
+    "TextureView",
     "Tone",
     "Transferred",
     "WorstEdge",
     "__version__",
+    "avatar",
+    "avatar_from_photos",
     "compare",
     "flip",
     "get_threads",
@@ -70,9 +81,12 @@ __all__ = [
     "lpips",
     "psnr",
     "read_image",
+    "render",
     "roundtrip",
     "seams",
+    "selfie",
     "set_threads",
+    "show",
     "ssim",
     "ssimulacra2",
     "write_image",

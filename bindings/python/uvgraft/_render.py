@@ -1,0 +1,149 @@
+"""Pictures of avatars."""
+
+from __future__ import annotations
+
+import os
+import tempfile
+from collections.abc import Iterable, Mapping, Sequence
+from typing import TYPE_CHECKING, Literal, TypeAlias
+
+import numpy as np
+from numpy.typing import NDArray
+
+from uvgraft._arguments import Arguments, Size, StrPath, numbers
+from uvgraft._command import run
+from uvgraft._uvgraft import read_image
+
+if TYPE_CHECKING:
+    from uvgraft._avatar import Avatar
+
+Bones: TypeAlias = Mapping[str, Sequence[float]]
+Pose: TypeAlias = str | Bones | Sequence[str | Bones]
+Expression: TypeAlias = str | Mapping[str, float] | Iterable[str]
+
+
+def render(
+    avatar: Avatar | StrPath,
+    *,
+    size: Size = (1024, 768),
+    camera: Literal["body", "head"] = "body",
+    look_at: str | Sequence[float] | None = None,
+    azimuth: float = 20.0,
+    elevation: float = 7.0,
+    fov: float = 24.0,
+    zoom: float = 1.0,
+    pose: Pose | None = None,
+    expression: Expression | None = None,
+    clip: str | int | None = None,
+    frame: float | None = None,
+    background: Literal["studio", "transparent"] | str | None = None,
+    unlit: bool = False,
+    floor: bool = True,
+    threads: int | None = None,
+) -> NDArray[np.uint8]:
+    """Draw a picture of an avatar, on the CPU.
+
+    Parameters
+    ----------
+    avatar : Avatar or path
+        An avatar, or a GLB, VRM or glTF file of any origin.
+    size : int or (int, int)
+        Size of the picture in pixels: a side, or ``(height, width)``; at most 4096 a side.
+    camera : {"body", "head"}
+        What fills the picture.
+    look_at : str or sequence of float, shape (6,), optional
+        Fill the picture with a bone, by its VRM name such as ``"leftHand"``, a node, by its name,
+        or a box, given by two corners x, y, z, x, y, z in metres.
+    azimuth : float
+        Angle around the person in degrees: 0 in front, 90 on their left.
+    elevation : float
+        Angle above the horizon in degrees, from -89 to 89.
+    fov : float
+        Vertical field of view in degrees, from 1 to 120.
+    zoom : float
+        Magnification, from 0.1 to 50.
+    pose : str or mapping of str to (float, float, float), or a sequence of these, optional
+        A pose (rest, t-pose, a-pose, stand, wave or walk), or rotations of bones about x, y and z
+        in degrees: ``{"leftUpperArm": (0, 0, -40)}``. By default as the file has it.
+    expression : str, or mapping of str to float, optional
+        An expression or morph target, several, or their weights: ``{"blink": 0.8}``.
+    clip : str or int, optional
+        Animation clip, by name or number. By default the first.
+    frame : float, optional
+        Time in the clip in seconds. By default the clip is not played.
+    background : {"studio", "transparent"} or str, optional
+        Background, or its colour such as ``"#ff8000"``. By default studio, or white if unlit.
+    unlit : bool
+        Draw the colours of textures as they are.
+    floor : bool
+        Draw the floor and the shadow on it.
+    threads : int, optional
+        Number of threads, 0 for one per processor; see `set_threads`.
+
+    Returns
+    -------
+    ndarray of uint8, shape (height, width, 3)
+        The picture, in sRGB, 0 to 255; with a transparent background ``(height, width, 4)``, alpha
+        last and not premultiplied.
+
+    Raises
+    ------
+    uvgraft.Error
+        For a file that cannot be drawn, and arguments outside of their ranges.
+    FileNotFoundError
+        If the file does not exist.
+    """
+    with tempfile.TemporaryDirectory(prefix="uvgraft-") as folder:
+        picture = os.path.join(folder, "picture.png")
+        arguments = Arguments("render", folder)
+        arguments.size(size)
+        arguments.options(
+            # The command refuses both, since one replaces the other.
+            camera=camera if look_at is None else None,
+            look_at=look_at if isinstance(look_at, str) else numbers("look_at", look_at),
+            azimuth=azimuth,
+            elevation=elevation,
+            fov=fov,
+            zoom=zoom,
+            clip=clip,
+            frame=frame,
+            background=background,
+            unlit=unlit,
+            no_floor=not floor,
+            output=picture,
+        )
+        arguments.repeated("pose", _poses(pose))
+        arguments.repeated("expression", _weights(expression))
+        arguments.positional(_file(avatar, folder))
+        run(arguments.words, threads=threads, folder=folder)
+        return read_image(picture)
+
+
+def _file(avatar: Avatar | StrPath, folder: str) -> StrPath:
+    """Return the path of an avatar, which is written if it is not one already."""
+    if isinstance(avatar, str | os.PathLike):
+        return avatar
+    path = os.path.join(folder, avatar.name)
+    with open(path, "wb") as file:
+        file.write(avatar.data)
+    return path
+
+
+def _poses(pose: Pose | None) -> list[str]:
+    if pose is None:
+        return []
+    if isinstance(pose, str):
+        return [pose]
+    if not isinstance(pose, Mapping):
+        return [word for part in pose for word in _poses(part)]
+    return [f"{bone}={numbers(f'pose of {bone}', angles)}" for bone, angles in pose.items()]
+
+
+def _weights(expression: Expression | None) -> list[str]:
+    if expression is None:
+        return []
+    if isinstance(expression, str):
+        return [expression]
+    if isinstance(expression, Mapping):
+        return [f"{name}={float(weight)!r}" for name, weight in expression.items()]
+    return list(expression)
