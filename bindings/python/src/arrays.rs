@@ -202,7 +202,7 @@ pub(crate) fn numbers<T: Element + Copy + Send + Sync>(
             "{what} must hold numbers of dtype {dtype}, got {found}"
         )));
     }
-    let array = array.call_method1(intern!(py, "astype"), (dtype,))?;
+    let array = numpy.call_method1(intern!(py, "asarray"), (array, dtype))?;
     let array = contiguous(array.cast_into::<PyUntypedArray>()?)?;
     let values = copied::<T>(&array)?
         .ok_or_else(|| bad_type(format_args!("{what} must hold numbers of dtype {dtype}")))?;

@@ -221,8 +221,9 @@ impl Graft {
     /// regularization, smoothness : float, optional
     ///     Weights that hold the solution to the sampled texture, and its differences to those of the
     ///     sampled texture.
-    /// progress : callable or bool, optional
-    ///     Called as ``progress(step, max_steps, rms)`` before the first step and after each.
+    /// progress : bool, callable, or progress bar, optional
+    ///     True shows a bar. A callable is called as ``progress(step, max_steps, rms)`` before the
+    ///     first step and after each; a bar of tqdm, or a class of bars, is advanced.
     ///
     /// Returns
     /// -------
@@ -257,6 +258,10 @@ impl Graft {
         let source = crate::arrays::texture(texture, "texture", self.settings.encoding)?;
         let base = Base::new(base, self.settings.content, self.settings.encoding)?;
         let (mut summary, mut raised) = (None, None);
+        // Bars and `True` become callables; None stays None.
+        let given = (progress, intern!(py, "fit"));
+        let reporter = py.import(intern!(py, "uvgraft._progress"))?.call_method1("reporter", given)?;
+        let progress = (!reporter.is_none()).then(|| reporter.unbind());
         let fitted = self.lay(py, source, base, out, threads, |graft, texture, format| {
             let mut report = |now: FitProgress| {
                 let Some(callback) = progress.as_ref().filter(|_| raised.is_none()) else { return };
@@ -267,10 +272,14 @@ impl Graft {
             let fitted = graft.fit(texture, format, &options, &mut report).map_err(of_graft)?;
             summary = Some(fitted.summary);
             Ok(fitted.overlay)
-        })?;
+        });
+        if let Some(reporter) = &progress {
+            reporter.call_method0(py, "close")?;
+        }
         if let Some(error) = raised {
             return Err(error);
         }
+        let fitted = fitted?;
         let FitSummary { steps, sampled_rms, fitted_rms, share_met, .. } =
             summary.ok_or_else(|| failed("internal error: nothing was fitted"))?;
         let kind = py.import(intern!(py, "uvgraft._results"))?.getattr(intern!(py, "Fit"))?;

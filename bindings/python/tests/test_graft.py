@@ -185,8 +185,10 @@ def test_regions(pair):
     face, base = np.full((16, 16, 3), 255, np.uint8), np.zeros((64, 64, 3), np.uint8)
     whole = uvgraft.Graft(pair, gutter=0).apply(face, base)[..., 0] > 0
     half = uvgraft.Region.vertices([0, 1, 2])
+
     def of(region):
         return uvgraft.Graft(pair, gutter=0, region=region).apply(face, base)[..., 0] > 0
+
     shown = of(half)
     assert 0.4 < shown.sum() / whole.sum() < 0.6
     other = of(uvgraft.Region() - half)

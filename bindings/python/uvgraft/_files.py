@@ -152,10 +152,13 @@ def listed(folder: str, filesystem: Any = None) -> Iterator[str]:
     if files.is_local or filesystem is not None:
         yield from files.walk(path)
         return
-    base, _, query = folder.partition("?")
-    base = base.rstrip("/")
-    query = f"?{query}" if query else ""
-    yield from (base + found[len(path) :] + query for found in files.walk(path))
+    yield from (below(folder, found[len(path) :].lstrip("/")) for found in files.walk(path))
+
+
+def below(folder: str, name: str) -> str:
+    """Return the path or URI of a file below a folder, with the options of the folder's URI."""
+    base, separator, query = folder.partition("?") if is_remote(folder) else (folder, "", "")
+    return f"{base.rstrip('/')}/{name}{separator}{query}" if base else name
 
 
 def make_folder(folder: str) -> None:

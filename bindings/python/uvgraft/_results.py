@@ -195,3 +195,9 @@ class Seams(NamedTuple):
     worst: list[WorstEdge]
     tone: SkinMatch | None
     notes: dict[str, int]
+
+    def _repr_html_(self) -> str:
+        """Show the figures in a notebook."""
+        from uvgraft._notebook import seams_html  # noqa: PLC0415 - needs what this module defines
+
+        return seams_html(self)

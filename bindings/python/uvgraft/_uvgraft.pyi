@@ -1,12 +1,13 @@
 """The compiled part of uvgraft. Docstrings are those of the module: ``help(uvgraft.Graft)``."""
 
 import os
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Iterable, Sequence
 from typing import Any, Literal, TypeAlias, final
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from uvgraft._progress import GivenProgress
 from uvgraft._region import Region
 from uvgraft._results import Fit, Seams, Tone
 
@@ -19,7 +20,30 @@ _Prefer: TypeAlias = Literal["first", "left", "right"]
 _NormalY: TypeAlias = Literal["opengl", "directx"]
 _ColorEncoding: TypeAlias = Literal["srgb", "linear"]
 
-__all__: list[str]
+__all__ = [
+    "BodyModel",
+    "Error",
+    "Graft",
+    "Mesh",
+    "Operator",
+    "Pair",
+    "PreparedTransfer",
+    "SamplingMap",
+    "__version__",
+    "compare",
+    "flip",
+    "get_threads",
+    "l1",
+    "lpips",
+    "psnr",
+    "read_image",
+    "run_command",
+    "seams",
+    "set_threads",
+    "ssim",
+    "ssimulacra2",
+    "write_image",
+]
 __version__: str
 
 class Error(Exception): ...
@@ -131,7 +155,7 @@ class Graft:
         min_gain: float | None = None,
         regularization: float | None = None,
         smoothness: float | None = None,
-        progress: Callable[[int, int, float], object] | bool | None = None,
+        progress: GivenProgress | None = None,
         out: NDArray[Any] | None = None,
         threads: int | None = None,
     ) -> Fit: ...

@@ -27,7 +27,7 @@ from itertools import islice
 from typing import Any, Literal, NamedTuple
 
 from uvgraft import Error, FileTransfer, Transferred
-from uvgraft._files import is_remote, locate, make_folder
+from uvgraft._files import below, is_remote, locate, make_folder
 from uvgraft._records import Check, Record, Records
 
 Status = Literal["written", "up to date", "failed"]
@@ -156,7 +156,7 @@ class BatchTransfer:
             raise ValueError(f'resume must be "content", "size" or None, got {resume!r}')
         self._arguments: dict[str, Any] = {
             "pair": os.fspath(pair),
-            "output": os.fspath(output).rstrip("/") or "/",
+            "output": os.fspath(output),
             "format": format.lstrip(".") if format else None,
             "root": None if root is None else os.fspath(root),
             "resume": resume,
@@ -397,8 +397,8 @@ class _Worker:
         if isinstance(job, Report):
             return job
         started = time.perf_counter()
-        path = f"{self._folder}/{job.name}" if self._folder != "/" else f"/{job.name}"
-        output = f"{self._output}/{job.name}" if self._output != "/" else path
+        path = below(self._folder, job.name)
+        output = below(self._output, job.name)
         error: str | None = None
         done: Transferred | None = None
         try:

@@ -14,7 +14,7 @@ or as a step of your own pipeline::
     dataset.map_batches(
         uvgraft.ray.Transfer,
         fn_constructor_kwargs={"pair": "/shared/head_to_body.uvpair", "output": "/shared/bodies"},
-        batch_size=16, num_cpus=1, concurrency=64,
+        batch_size=16, num_cpus=1, compute=ray.data.ActorPoolStrategy(size=64),
     )
 
 Ray restarts actors that die and gives their batches to others; what is done already is skipped.
@@ -89,7 +89,7 @@ def transfer(
     memory : int
         Memory that is reserved for an actor, in bytes.
     batch_size : int
-        Textures in a batch, which is what an actor that dies leaves to another.
+        Textures in a batch.
     actor_options : dict, optional
         Further arguments of ``map_batches``, such as ``{"max_task_retries": 5}``.
     **options : Any
@@ -126,9 +126,12 @@ def transfer(
     if concurrency is None:
         # Tasks that read need a processor, which actors never give back.
         concurrency = max(1, int((_processors() - spare) // cpus))
+    if isinstance(concurrency, int):
+        concurrency = (concurrency, concurrency)
     if dataset is None:
-        fewest = concurrency if isinstance(concurrency, int) else concurrency[-1]
-        dataset = _dataset_of_paths(names, arguments, 8 * fewest)
+        dataset, rows = _dataset_of_paths(names, arguments, 8 * concurrency[1])
+        # Ray would join smaller blocks, and leave actors without work at the end.
+        batch_size = min(batch_size, rows)
     else:
         dataset = dataset.repartition(target_num_rows_per_block=batch_size)
     return dataset.map_batches(
@@ -138,7 +141,7 @@ def transfer(
         batch_format="pyarrow",
         num_cpus=cpus,
         memory=memory,
-        concurrency=concurrency,
+        compute=ray.data.ActorPoolStrategy(min_size=concurrency[0], max_size=concurrency[1]),
         **(actor_options or {}),
     )
 
@@ -149,8 +152,12 @@ def _processors() -> float:
     return float(ray.cluster_resources().get("CPU", 1))
 
 
-def _dataset_of_paths(sources: list[str], arguments: dict[str, Any], blocks: int) -> Any:
-    """Make a dataset of images in a folder or list; `arguments` then name the folder as the root.
+def _dataset_of_paths(
+    sources: list[str], arguments: dict[str, Any], blocks: int
+) -> tuple[Any, int]:
+    """Make a dataset of images in a folder or list, and return how many rows its blocks have.
+
+    `arguments` then name the folder as the root.
 
     Blocks are what Ray hands out. There are at least `blocks` of them, so that all actors are busy
     to the end, but as few as that allows: Ray keeps track of each.
@@ -161,6 +168,5 @@ def _dataset_of_paths(sources: list[str], arguments: dict[str, Any], blocks: int
     check_distinct(paths, transfer)
     table = pa.table({transfer.columns[0]: pa.array(paths, pa.string())})
     rows = min(_MOST_ROWS, max(1, table.num_rows // blocks))
-    return ray.data.from_arrow(
-        [table.slice(start, rows) for start in range(0, table.num_rows, rows)]
-    )
+    starts = range(0, table.num_rows, rows)
+    return ray.data.from_arrow([table.slice(start, rows) for start in starts]), rows
