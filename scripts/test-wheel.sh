@@ -10,8 +10,9 @@ test -f "$wheel" || { echo "test-wheel: there is no wheel $wheel" >&2; exit 2; }
 interpreters() {
     for python in python3.1[0-9] "${PYENV_ROOT:-$HOME/.pyenv}"/versions/3.1[0-9].*/bin/python3; do
         path=$(command -v "$python") || continue
-        "$path" -c 'import sys, ssl, venv
-if sys.implementation.name == "cpython" and not hasattr(sys, "abiflags") or sys.abiflags == "":
+        # Without a stable ABI, free-threaded builds need wheels of their own.
+        "$path" -c 'import ssl, sys, venv
+if sys.implementation.name == "cpython" and "t" not in sys.abiflags:
     print("%d.%02d" % sys.version_info[:2], sys.executable)' 2>/dev/null || true
     done | sort -u -k1,1
 }
