@@ -260,7 +260,8 @@ impl Graft {
         let (mut summary, mut raised) = (None, None);
         // Bars and `True` become callables; None stays None.
         let given = (progress, intern!(py, "fit"));
-        let reporter = py.import(intern!(py, "uvgraft._progress"))?.call_method1("reporter", given)?;
+        let reporter =
+            py.import(intern!(py, "uvgraft._progress"))?.call_method1("reporter", given)?;
         let progress = (!reporter.is_none()).then(|| reporter.unbind());
         let fitted = self.lay(py, source, base, out, threads, |graft, texture, format| {
             let mut report = |now: FitProgress| {

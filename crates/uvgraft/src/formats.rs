@@ -78,8 +78,7 @@ impl Formats {
     pub fn is_kept(&self, format: TexelFormat) -> bool {
         let Self { result, stored, as_light, as_floats } = *self;
         // Data keeps its values, whatever their encoding is said to be.
-        let is_encoded_so =
-            result.encoding == Encoding::Data || format.encoding == result.encoding;
+        let is_encoded_so = result.encoding == Encoding::Data || format.encoding == result.encoding;
         let is_result = format.channels == result.channels && format.depth == result.depth;
         let is_processed_so = !as_light && (!as_floats || format.depth == Depth::F32);
         is_result && is_encoded_so && is_processed_so && stored == result.channels
