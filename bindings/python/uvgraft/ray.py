@@ -36,8 +36,9 @@ __all__ = ["Transfer", "transfer"]
 MEMORY = 1 << 30
 """Memory that `transfer` reserves for an actor, in bytes, unless told otherwise: 1 GiB."""
 
-# Paths in a block: some minutes of work.
+# Paths in a block, which are minutes of work: Ray keeps track of every block.
 _MOST_ROWS = 1024
+_ROWS_OF_TABLES = 256
 
 
 class Transfer(BatchTransfer):
@@ -114,15 +115,16 @@ def transfer(
     arguments = in_full({"pair": pair, "output": output, **options})
     cpus = float(num_cpus if num_cpus is not None else max(1, options.get("threads", 1)))
     if isinstance(sources, ray.data.Dataset):
-        dataset, spare = sources, 1.0
+        dataset, spare, rows = sources, 1.0, batch_size
     elif are_tables(names := as_list(sources)):
         wanted = BatchTransfer(**arguments).columns
         dataset = ray.data.read_parquet(names, filesystem=options.get("source_filesystem"))
         # Other columns of a table may be large.
-        dataset = dataset.select_columns([name for name in wanted if name in dataset.columns()])
-        spare = 1.0
+        found = [name for name in wanted if name in dataset.columns()]
+        dataset, spare = dataset.select_columns(found), 1.0
+        rows = batch_size if wanted[1] in found else _ROWS_OF_TABLES
     else:
-        dataset, spare = None, 0.0
+        dataset, spare, rows = None, 0.0, 0
     if concurrency is None:
         # Tasks that read need a processor, which actors never give back.
         concurrency = max(1, int((_processors() - spare) // cpus))
@@ -133,7 +135,7 @@ def transfer(
         # Ray would join smaller blocks, and leave actors without work at the end.
         batch_size = min(batch_size, rows)
     else:
-        dataset = dataset.repartition(target_num_rows_per_block=batch_size)
+        dataset = dataset.repartition(target_num_rows_per_block=rows)
     return dataset.map_batches(
         Transfer,
         fn_constructor_kwargs=arguments,

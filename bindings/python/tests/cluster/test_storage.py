@@ -3,6 +3,8 @@
 import json
 import os
 import pickle
+import re
+from pathlib import Path
 
 import pytest
 from conftest import check_reports, contents, run_command
@@ -17,6 +19,8 @@ from uvgraft._records import SEGMENT, Record, Records  # noqa: E402
 from uvgraft._remote import RemoteFiles  # noqa: E402
 from uvgraft._sources import check_distinct, find  # noqa: E402
 from uvgraft.batch import BatchTransfer  # noqa: E402
+
+PAGE = Path(__file__).resolve().parents[4] / "docs" / "src" / "scale.md"
 
 
 def rows(faces):
@@ -33,6 +37,33 @@ def test_a_loop_writes_the_same_bytes(faces, options, wanted, output):
     assert contents(output) == wanted
     again = pickle.loads(pickle.dumps(transfer))
     check_reports(run(again, rows(faces)), wanted, "up to date")
+
+
+@pytest.mark.skipif(not PAGE.is_file(), reason="the book is not beside the tests")
+def test_the_loop_in_the_book(faces, options, wanted, output, monkeypatch):
+    blocks = re.findall(r"^```python\n(.*?)^```", PAGE.read_text(), re.MULTILINE | re.DOTALL)
+    (loop,) = (block for block in blocks if "JOB_COMPLETION_INDEX" in block)
+    output.mkdir(parents=True)
+    paths = [str(path) for path in sorted(faces.iterdir())]
+    (output.parent / "faces.txt").write_text("\n".join(paths))
+    (output.parent / "reports").mkdir()
+    for example, real in {
+        "/shared/head_to_body.uvpair": options["pair"],
+        '"/shared/body.png"': f'"{options["onto"]}", size=512, blend="feather"',
+        "s3://bodies/2024": str(output),
+        "1000": "2",
+        "/shared/": f"{output.parent}/",
+    }.items():
+        loop = loop.replace(example, real)
+    reports = []
+    for shard in (0, 1):
+        monkeypatch.setenv("JOB_COMPLETION_INDEX", str(shard))
+        exec(compile(loop, "scale.md", "exec"), {})
+        lines = (output.parent / "reports" / f"{shard}.jsonl").read_text().splitlines()
+        assert len(lines) == len(paths) // 2
+        reports += map(json.loads, lines)
+    check_reports(reports, wanted, "written")
+    assert contents(output) == wanted
 
 
 def test_records_of_the_command_count(faces, options, wanted, output):
