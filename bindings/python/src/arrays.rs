@@ -67,10 +67,16 @@ pub(crate) fn texture(
 
 /// An array of any dtype.
 fn untyped<'py>(given: &Bound<'py, PyAny>, what: &str) -> PyResult<Bound<'py, PyUntypedArray>> {
+    let py = given.py();
     if let Ok(array) = given.cast::<PyUntypedArray>() {
+        // Of a masked array only the values would be left.
+        if given.hasattr(intern!(py, "mask"))? {
+            return Err(bad_type(format_args!(
+                "{what} must not be a masked array; use filled(), and a region or alpha"
+            )));
+        }
         return Ok(array.clone());
     }
-    let py = given.py();
     if given.hasattr(intern!(py, "getbands"))? {
         let mode: String = given.getattr(intern!(py, "mode"))?.extract()?;
         if !PIL_MODES.contains(&mode.as_str()) {

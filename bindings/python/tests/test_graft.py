@@ -145,6 +145,7 @@ def test_other_sources(pair, tmp_path):
         (None, TypeError, "got NoneType"),
         (3, TypeError, "got int"),
         ([[1, 2]], TypeError, "got list"),
+        (np.ma.masked_array(np.zeros((4, 4), np.uint8)), TypeError, "masked array"),
         (pathlib.Path("none.png"), FileNotFoundError, "none.png"),
     ],
 )

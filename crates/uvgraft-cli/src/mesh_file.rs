@@ -87,7 +87,7 @@ impl MeshFile {
 /// Reads a mesh from a file whose format is detected from its content: OBJ, PLY, GLB (or VRM), glTF
 /// with its external buffers, or a body model with UV coordinates (NPZ, pickle).
 ///
-/// - `given`: a path, optionally with a selector; see [`MeshFile`].
+/// - `given`: a path, optionally with a selector: `FILE#SET`, `FILE#NAME` or `FILE#NAME/SET`.
 ///
 /// # Errors
 /// For files that cannot be read, and for selectors of what does not exist, as bad input.
