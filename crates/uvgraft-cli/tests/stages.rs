@@ -139,6 +139,7 @@ fn the_table_reads_well() {
         "decode PNG, source",
         "decode PNG, base",
         "resample, bilinear",
+        "resample a copy, bilinear",
         "encode PNG",
         "file to file, bilinear",
     ];
