@@ -13,9 +13,10 @@ NATIVE := $(if $(CXX_FOUND),--features uvgraft-cli/flip --features uvgraft-tests
 VIEWER = $$(test ! -s target/viewer/viewer.html || echo --features uvgraft-cli/viewer)
 VIEWER_TESTS = $$(test ! -s target/viewer/viewer.html || echo --features uvgraft-cli/viewer,uvgraft-tests/viewer)
 
-# The features of the Python package's command: all of them in wheels, those of the tests in tests.
-PYTHON_FEATURES = $(if $(CXX_FOUND),flip simplify) $$(test ! -s target/viewer/viewer.html || echo viewer)
-WHEEL_FEATURES = $(if $(CXX_FOUND),ktx2) $(PYTHON_FEATURES)
+# The features of the Python package's command: all of them in wheels. Its tests do without the slow build
+# of KTX2, except in CI, where they share the build of the wheel.
+WHEEL_FEATURES = $(if $(CXX_FOUND),flip simplify ktx2) $$(test ! -s target/viewer/viewer.html || echo viewer)
+PYTHON_FEATURES = $(if $(CI),$(WHEEL_FEATURES),$(filter-out ktx2,$(WHEEL_FEATURES)))
 
 .PHONY: demo test bench bench-scaling bench-peers book lint fixtures package viewer test-ktx2 test-clients \
 	selfie-report recognise test-python wheel test-wheel test-cluster test-torch

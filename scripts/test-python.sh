@@ -19,7 +19,8 @@ export PATH="$venv/bin:$PATH"
 cd bindings/python
 ruff format --quiet --check . || { echo "test-python: run ruff format" >&2; exit 1; }
 ruff check --quiet .
-maturin develop --quiet --features "${UVGRAFT_PYTHON_FEATURES:-}"
+# In CI, wheels are built too, from the same crates.
+maturin develop --quiet ${CI:+--release} --features "${UVGRAFT_PYTHON_FEATURES:-}"
 mypy
 # The compiled part alone: the rest has its types in place.
 python -m mypy.stubtest --mypy-config-file pyproject.toml uvgraft._uvgraft
