@@ -12,6 +12,11 @@ trap 'rm -rf "$folder"' EXIT
 "$python" -c 'import pytest' 2>/dev/null ||
     "$python" -m pip install --quiet --target "$folder/site" pytest
 # Not from the folder of the package, whose sources would be imported in place of the wheel.
-cp -r bindings/python/tests bindings/python/examples bindings/python/pyproject.toml "$folder"
+package=$PWD/bindings/python
 cd "$folder"
-PYTHONPATH="$folder/site" "$python" -m pytest --quiet "$@"
+for test in "$@"; do
+    set -- "$@" "$package/$test"
+    shift
+done
+PYTHONPATH="$folder/site" "$python" -m pytest --quiet -p no:cacheprovider \
+    --config-file "$package/pyproject.toml" "$@"

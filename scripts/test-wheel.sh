@@ -3,6 +3,7 @@
 # runs the package's tests and the command there: scripts/test-wheel.sh target/wheels/uvgraft-*.whl
 set -eu
 cd "$(dirname "$0")/.."
+repository=$PWD
 wheel=$1
 test -f "$wheel" || { echo "test-wheel: there is no wheel $wheel" >&2; exit 2; }
 
@@ -28,8 +29,8 @@ for python in $(printf '%s\n' "$oldest" "$newest" | uniq); do
     "$python" -m venv "$fresh/venv"
     "$fresh/venv/bin/pip" install --quiet "$wheel" pytest hypothesis pillow scipy tqdm
     # Not from the folder of the package, whose sources would be imported in place of the wheel.
-    cp -r bindings/python/tests bindings/python/examples bindings/python/pyproject.toml "$fresh"
-    (cd "$fresh" && venv/bin/python -m pytest --quiet tests)
+    (cd "$fresh" && venv/bin/python -m pytest --quiet -p no:cacheprovider \
+        --config-file "$repository/bindings/python/pyproject.toml" "$repository/bindings/python/tests")
     "$fresh/venv/bin/uvgraft" --version
     rm -rf "$fresh"
 done
