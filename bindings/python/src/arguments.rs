@@ -2,7 +2,9 @@
 
 use pyo3::prelude::*;
 use uvgraft::blend::Side;
-use uvgraft::{Content, Direction, Filter, NormalOptions, NormalY, Overlap, Prefer, Size, Tone};
+use uvgraft::{
+    Content, Direction, Encoding, Filter, NormalOptions, NormalY, Overlap, Prefer, Size, Tone,
+};
 
 use crate::error::{bad_type, bad_value};
 
@@ -44,6 +46,11 @@ pub(crate) fn filter_name(filter: Filter) -> &'static str {
         Filter::CatmullRom => "catmull-rom",
         _ => "lanczos3",
     }
+}
+
+/// The encoding of colours in arrays.
+pub(crate) fn color_encoding(name: &str) -> PyResult<Encoding> {
+    chosen("encoding", name, &[("srgb", Encoding::Srgb), ("linear", Encoding::Linear)])
 }
 
 pub(crate) fn prefer(name: &str) -> PyResult<Prefer> {

@@ -3,8 +3,8 @@
 use std::path::PathBuf;
 
 use pyo3::prelude::*;
-use uvgraft::{Channels, Content, Depth, Encoding, Size, TexelFormat, Texture};
-use uvgraft_pipeline::BaseSource;
+use uvgraft::{Content, Encoding, Size, TexelFormat, Texture};
+use uvgraft_pipeline::{BaseSource, base_color};
 
 use crate::arrays::{GivenTexture, texture};
 use crate::error::{bad_type, of_pipeline, of_texture};
@@ -47,13 +47,7 @@ impl Base {
     pub(crate) fn format(&self, source: TexelFormat) -> TexelFormat {
         match self {
             Self::Texture(given) => given.texture.format(),
-            Self::Color([r, g, b, alpha]) => {
-                let colored = source.channels.has_color() || r != g || g != b;
-                let clear = source.channels.has_alpha() || *alpha < 1.0;
-                let channels = if colored { Channels::Rgb } else { Channels::Grey };
-                let channels = if clear { channels.with_alpha() } else { channels };
-                TexelFormat { channels, ..source }
-            }
+            Self::Color(color) => base_color::format_under(*color, source),
         }
     }
 
@@ -61,11 +55,7 @@ impl Base {
     pub(crate) fn colors(&self) -> PyResult<Texture> {
         match self {
             Self::Texture(given) => Ok(given.texture.clone()),
-            Self::Color(color) => {
-                let (size, depth) = (Size::square(1), Depth::F32);
-                Texture::filled(size, Channels::Rgba, Encoding::Srgb, depth, color)
-                    .map_err(of_texture)
-            }
+            Self::Color(color) => base_color::texel(*color).map_err(of_texture),
         }
     }
 
@@ -73,12 +63,7 @@ impl Base {
     pub(crate) fn into_texture(self, size: Size, format: TexelFormat) -> PyResult<Texture> {
         match self {
             Self::Texture(given) => Ok(given.texture),
-            Self::Color(color) => {
-                let (channels, depth) = (Channels::Rgba, Depth::U8);
-                let filled = Texture::filled(size, channels, Encoding::Srgb, depth, &color)
-                    .map_err(of_texture)?;
-                Ok(filled.encoded_as(format.encoding).converted(format.channels, format.depth))
-            }
+            Self::Color(color) => base_color::filled(color, size, format).map_err(of_texture),
         }
     }
 }

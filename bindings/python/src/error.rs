@@ -1,10 +1,12 @@
 //! Errors of the crates as the exceptions that Python users expect.
 
+use std::ffi::CString;
 use std::io;
 use std::path::Path;
 
-use pyo3::exceptions::{PyMemoryError, PyOSError, PyTypeError, PyValueError};
-use pyo3::{PyErr, create_exception};
+use pyo3::create_exception;
+use pyo3::exceptions::{PyMemoryError, PyOSError, PyTypeError, PyUserWarning, PyValueError};
+use pyo3::prelude::*;
 use uvgraft::{GraftError, TextureError};
 use uvgraft_io::input::ReadError;
 use uvgraft_pipeline::{Failure, Fault};
@@ -102,4 +104,13 @@ pub(crate) fn of_pipeline(failure: Failure) -> PyErr {
         Fault::Cancelled => pyo3::exceptions::PyKeyboardInterrupt::new_err(failure.to_string()),
         Fault::Input | Fault::Work => failed(failure),
     }
+}
+
+/// Warns as `warnings.warn` does.
+///
+/// # Errors
+/// The warning, where warnings are to be raised.
+pub(crate) fn warn(py: Python<'_>, text: &str) -> PyResult<()> {
+    let text = CString::new(text).map_err(failed)?;
+    PyErr::warn(py, &py.get_type::<PyUserWarning>(), &text, 1)
 }

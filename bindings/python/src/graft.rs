@@ -1,10 +1,8 @@
 //! Prepared transfers.
 
-use std::ffi::CString;
 use std::sync::{Arc, Mutex, PoisonError};
 
 use numpy::{PyUntypedArray, PyUntypedArrayMethods};
-use pyo3::exceptions::PyUserWarning;
 use pyo3::intern;
 use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyTuple};
@@ -17,7 +15,7 @@ use uvgraft::{
 use crate::arguments::{self, chosen, direction, filter, filter_name, overlap, tone};
 use crate::arrays::{GivenTexture, OutArray, array, copy, depth_of, shape, texture};
 use crate::base::Base;
-use crate::error::{bad_value, failed, of_graft};
+use crate::error::{bad_value, failed, of_graft, warn};
 use crate::map::{self, SamplingMap};
 use crate::operator::Operator;
 use crate::pair::Pair;
@@ -365,7 +363,7 @@ impl Graft {
         source_size: Option<&Bound<'_, PyAny>>,
     ) -> PyResult<SamplingMap> {
         let graft = self.of_sizes(py, size, source_size)?;
-        let map = Arc::new(graft.map().clone());
+        let map = Arc::clone(graft.map());
         Ok(SamplingMap { map, threads: self.threads })
     }
 
@@ -663,12 +661,6 @@ impl Graft {
     }
 }
 
-fn warn(py: Python<'_>, text: &str) -> PyResult<()> {
-    let category = py.get_type::<PyUserWarning>();
-    let text = CString::new(text).map_err(failed)?;
-    PyErr::warn(py, &category, &text, 1)
-}
-
 /// The options of a graft as they were given.
 struct Options<'py> {
     given: Bound<'py, PyDict>,
@@ -738,7 +730,6 @@ impl<'py> Options<'py> {
         )?;
         let default_filter = if content == Content::Color { "lanczos3" } else { "bilinear" };
         let gutter = self.get("gutter")?.map_or(Ok(16), |value| value.extract())?;
-        let encodings = [("srgb", Encoding::Srgb), ("linear", Encoding::Linear)];
         let threads = self.get("threads")?.map(|value| value.extract()).transpose()?;
         let threads = threads::checked(threads)?;
         let mut settings = Settings {
@@ -752,7 +743,7 @@ impl<'py> Options<'py> {
                 false => Averaging::Encoded,
             },
             content,
-            encoding: chosen("encoding", &self.text("encoding", "srgb")?, &encodings)?,
+            encoding: arguments::color_encoding(&self.text("encoding", "srgb")?)?,
             blend: None,
         };
         settings.blend = self.blend(py, &settings, gutter, threads)?;

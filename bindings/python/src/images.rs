@@ -7,7 +7,7 @@ use uvgraft::Encoding;
 use uvgraft_io::image::{self, WriteError, WriteOptions};
 
 use crate::arrays::{array, texture};
-use crate::error::{failed, of_file, of_reading};
+use crate::error::{bad_value, failed, of_file, of_reading, warn};
 
 /// Read an image file.
 ///
@@ -73,9 +73,7 @@ pub(crate) fn write_image(
         [("srgb", Encoding::Srgb), ("linear", Encoding::Linear), ("data", Encoding::Data)];
     let encoding = crate::arguments::chosen("encoding", encoding, &encodings)?;
     if !(1..=100).contains(&quality) {
-        return Err(crate::error::bad_value(format_args!(
-            "quality must be from 1 to 100, got {quality}"
-        )));
+        return Err(bad_value(format_args!("quality must be from 1 to 100, got {quality}")));
     }
     let texture = texture(image, "image", encoding)?.texture;
     let options = WriteOptions::default().compress(compress).jpeg_quality(quality);
@@ -87,9 +85,7 @@ pub(crate) fn write_image(
         error => failed(error),
     })?;
     for loss in written.losses {
-        let text = std::ffi::CString::new(format!("{}: {loss}", path.display())).map_err(failed)?;
-        let category = py.get_type::<pyo3::exceptions::PyUserWarning>();
-        PyErr::warn(py, &category, &text, 1)?;
+        warn(py, &format!("{}: {loss}", path.display()))?;
     }
     Ok(())
 }

@@ -10,7 +10,7 @@ use uvgraft::{Encoding, Size};
 use uvgraft_metrics::lpips::{Lpips, LpipsNetwork};
 use uvgraft_metrics::{self as metrics, Colors, Mask, MetricError};
 
-use crate::arguments::chosen;
+use crate::arguments::{chosen, color_encoding};
 use crate::arrays::texture;
 use crate::error::{bad_type, bad_value, failed};
 use crate::lpips_weights;
@@ -73,8 +73,7 @@ impl Compared {
         test: &Bound<'_, PyAny>,
         options: &Options<'_, '_>,
     ) -> PyResult<Self> {
-        let encodings = [("srgb", Encoding::Srgb), ("linear", Encoding::Linear)];
-        let encoding = chosen("encoding", options.encoding, &encodings)?;
+        let encoding = color_encoding(options.encoding)?;
         let threads = threads::checked(options.threads)?;
         let reference = colors(reference, "reference", encoding)?;
         let test = colors(test, "test", encoding)?;

@@ -6,15 +6,13 @@ use pyo3::intern;
 use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyTuple};
 use uvgraft::blend::RegionError;
-use uvgraft::{
-    Anatomy, Area, Blend, BlendDomain, BlendOptions, Encoding, GraftError, MeshError, Texture,
-};
+use uvgraft::{Anatomy, Area, Blend, BlendDomain, BlendOptions, GraftError, MeshError, Texture};
 use uvgraft_metrics::seams::{
     EdgeGroup, Offset, SeamEdge, SeamError, SeamNotes, SeamOptions, SeamReport, SkinColors, Step,
     ToneMatch, ToneReferences, TransferredFace, measure, measure_tone,
 };
 
-use crate::arguments::{chosen, direction};
+use crate::arguments::{color_encoding, direction};
 use crate::arrays::texture;
 use crate::error::{bad_type, bad_value, failed, of_graft};
 use crate::graft::Graft;
@@ -165,8 +163,7 @@ impl Textures {
         face: Option<&Bound<'_, PyAny>>,
         encoding: &str,
     ) -> PyResult<Self> {
-        let encodings = [("srgb", Encoding::Srgb), ("linear", Encoding::Linear)];
-        let encoding = chosen("encoding", encoding, &encodings)?;
+        let encoding = color_encoding(encoding)?;
         let read = |given: &Bound<'_, PyAny>, what| {
             texture(given, what, encoding).map(|given| given.texture)
         };

@@ -4,9 +4,10 @@ use std::borrow::Cow;
 use std::path::Path;
 use std::sync::{Mutex, PoisonError};
 
-use uvgraft::{Averaging, Channels, Depth, Encoding, Filter, Size, TexelFormat, Texture};
+use uvgraft::{Averaging, Depth, Encoding, Filter, Size, TexelFormat, Texture};
 use uvgraft_io::image::{self, BandReader, ReadError};
 
+use crate::base_color;
 use crate::base_source::BaseSource;
 use crate::failure::{Blame, Failure, Result};
 use crate::material::Values;
@@ -127,12 +128,7 @@ impl Base {
     pub(crate) fn colors(&self) -> Result<Cow<'_, Texture>> {
         match &self.content {
             Content::Image { texture, .. } => Ok(Cow::Borrowed(texture)),
-            Content::Color(unit) => {
-                let (size, depth) = (Size::square(1), Depth::F32);
-                let texel = Texture::filled(size, Channels::Rgba, Encoding::Srgb, depth, unit);
-                let texel = texel.or_work()?;
-                Ok(Cow::Owned(texel))
-            }
+            Content::Color(unit) => Ok(Cow::Owned(base_color::texel(*unit).or_work()?)),
             Content::File { .. } => Err(Failure::work("the base is not in memory")),
         }
     }
@@ -194,13 +190,8 @@ impl Base {
             Content::File { known, .. } | Content::Image { known, .. } => {
                 (known.format, known.icc.clone())
             }
-            Content::Color([r, g, b, alpha]) => {
-                let colored = source.channels.has_color() || r != g || g != b;
-                let clear = source.channels.has_alpha() || *alpha < 1.0;
-                let channels = if colored { Channels::Rgb } else { Channels::Grey };
-                let channels = if clear { channels.with_alpha() } else { channels };
-                let format = TexelFormat { channels, ..source };
-                (format, icc.map(<[u8]>::to_vec))
+            Content::Color(unit) => {
+                (base_color::format_under(*unit, source), icc.map(<[u8]>::to_vec))
             }
         }
     }
@@ -255,10 +246,7 @@ impl Bands<'_> {
             Self::Color { unit, format, size, next } => {
                 let Some(rows) = part(next, size.height) else { return Ok(None) };
                 let size = Size::new(size.width, rows.end - rows.start);
-                let band = Texture::filled(size, Channels::Rgba, Encoding::Srgb, Depth::U8, unit);
-                let band = band.or_work()?;
-                let band = band.encoded_as(format.encoding);
-                Ok(Some(band.converted(format.channels, format.depth)))
+                base_color::filled(*unit, size, *format).or_work().map(Some)
             }
         }
     }

@@ -26,6 +26,7 @@
 #![forbid(unsafe_code)]
 
 mod base;
+pub mod base_color;
 mod base_source;
 mod batch;
 mod blending;

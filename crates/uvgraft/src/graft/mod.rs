@@ -338,7 +338,7 @@ impl Graft {
     }
 
     /// The map, which holds the source position of each texel.
-    pub fn map(&self) -> &SamplingMap {
+    pub fn map(&self) -> &Arc<SamplingMap> {
         self.resampler.map()
     }
 
