@@ -8,8 +8,8 @@ use std::path::Path;
 use uvgraft::color::Encoding;
 use uvgraft::texture::{Channels, Depth, Size, Texels, Texture};
 use uvgraft_io::image::{
-    BandDecoder, BandEncoder, BandReader, BandWriter, EncodeError, Format, Image, TextureSpec,
-    WriteOptions, decode, encode, read,
+    BandDecoder, BandEncoder, BandReader, BandWriter, EncodeError, Format, Image, Segments,
+    TextureSpec, WriteOptions, decode, encode, read,
 };
 
 const CHANNELS: [Channels; 4] =
@@ -118,6 +118,93 @@ fn bands_of_any_size_make_the_same_file() {
             }
         }
     }
+}
+
+/// Segments that were encoded on their own, in any order, mixed with rows.
+#[test]
+fn segments_make_the_same_file() {
+    let mut random = fastrand::Rng::with_seed(8);
+    for size in [Size::new(30_011, 41), Size::new(1, 1), Size::new(32_768, 5), Size::new(65, 5)] {
+        for (channels, depth) in CHANNELS.iter().flat_map(|c| DEPTHS.map(|d| (*c, d))) {
+            for encoding in [Encoding::Srgb, Encoding::Linear] {
+                let texture = texture(size, channels, depth, encoding);
+                let image = Image { texture, icc: Some(vec![42; 3000]) };
+                let spec = TextureSpec::from(&image.texture);
+                let options = WriteOptions::default();
+                for format in Format::ALL {
+                    let Some(segments) = Segments::new(format, spec, &options) else { continue };
+                    let name = format!("{format} {channels:?} {depth:?} {encoding:?} {size}");
+                    let wanted = encode_whole(&image, format, &options).unwrap();
+                    let of = |index: u32| {
+                        let from = index * segments.rows();
+                        rows(&image.texture, from, segments.rows().min(size.height - from))
+                    };
+                    let count = size.height.div_ceil(segments.rows());
+                    let mut encoded: Vec<_> = (0..count)
+                        .rev()
+                        .map(|index| segments.encode(index, &of(index)).unwrap())
+                        .collect();
+                    encoded.reverse();
+                    for _ in 0..3 {
+                        let out = Cursor::new(Vec::new());
+                        let mut encoder =
+                            BandEncoder::new(out, format, spec, image.icc.as_deref(), &options)
+                                .unwrap();
+                        assert_eq!(encoder.segments(), Some(segments));
+                        for index in 0..count {
+                            if random.bool() {
+                                encoder.push_segment(&encoded[index as usize]).unwrap();
+                            } else {
+                                let all = of(index);
+                                let cut = random.u32(1..=all.size().height);
+                                encoder.push(&rows(&all, 0, cut)).unwrap();
+                                if cut < all.size().height {
+                                    encoder
+                                        .push(&rows(&all, cut, all.size().height - cut))
+                                        .unwrap();
+                                }
+                            }
+                        }
+                        let (written, out) = encoder.finish().unwrap();
+                        assert_eq!(written.losses, wanted.1, "{name}");
+                        assert!(out.into_inner() == wanted.0, "{name}");
+                    }
+                }
+            }
+        }
+    }
+}
+
+#[test]
+fn segments_of_elsewhere_are_refused() {
+    let whole = texture(Size::new(32_768, 7), Channels::Rgba, Depth::U16, Encoding::Srgb);
+    let spec = TextureSpec::from(&whole);
+    let options = WriteOptions::default();
+    let segments = Segments::new(Format::Png, spec, &options).unwrap();
+    assert_eq!(segments.rows(), 2);
+    let begin = |spec, options: &WriteOptions| {
+        BandEncoder::new(Cursor::new(Vec::new()), Format::Png, spec, None, options).unwrap()
+    };
+    let second = segments.encode(1, &rows(&whole, 2, 2)).unwrap();
+    let mut encoder = begin(spec, &options);
+    let error = encoder.push_segment(&second).unwrap_err();
+    assert!(matches!(error, EncodeError::Segment { found: 2, wanted: 0 }), "{error}");
+    encoder.push(&rows(&whole, 0, 2)).unwrap();
+    encoder.push_segment(&second).unwrap();
+    assert!(encoder.push_segment(&second).is_err());
+    // Of an image with another encoding, and of one that has no segments.
+    let other = TextureSpec { encoding: Encoding::Data, ..spec };
+    let first = segments.encode(0, &rows(&whole, 0, 2)).unwrap();
+    assert!(begin(other, &options).push_segment(&first).is_err());
+    assert!(begin(spec, &options.compress(true)).push_segment(&first).is_err());
+    // Rows that are not those of a segment.
+    for (index, rows) in
+        [(4, rows(&whole, 6, 1)), (u32::MAX, rows(&whole, 3, 1)), (0, rows(&whole, 0, 1))]
+    {
+        assert!(matches!(segments.encode(index, &rows), Err(EncodeError::Band { .. })));
+    }
+    let wrong = rows(&whole, 0, 2).with_encoding(Encoding::Data);
+    assert!(segments.encode(0, &wrong).is_err());
 }
 
 #[test]

@@ -6,25 +6,28 @@ use std::path::{Path, PathBuf};
 
 use uvgraft::texture::{Depth, Texels, Texture};
 
-use super::png::RowEncoder;
+use super::segments::Content;
 use super::{
-    EncodeError, Format, MAX_ICC_BYTES, TextureSpec, WriteError, WriteOptions, Written, webp,
+    EncodeError, Format, MAX_ICC_BYTES, Segment, Segments, TextureSpec, WriteError, WriteOptions,
+    Written, jpeg, png, webp,
 };
 use crate::output::AtomicFile;
 
 /// An image encoded while bands of its rows arrive; the bytes do not depend on the heights of the
 /// bands.
 ///
-/// PNGs need memory for a few rows. Other formats are collected and encoded at the end.
+/// PNGs and JPEGs need memory for a few rows. Other formats are collected and encoded at the end.
 pub struct BandEncoder<W: Write + Seek> {
     spec: TextureSpec,
+    segments: Option<Segments>,
     rows_left: u32,
     out: W,
     rows: Rows,
 }
 
 enum Rows {
-    Png(Box<RowEncoder>),
+    Png(Box<png::RowEncoder>),
+    Jpeg(Box<jpeg::RowEncoder>),
     Gathered { format: Format, texels: Texels, icc: Option<Vec<u8>>, options: WriteOptions },
 }
 
@@ -42,7 +45,9 @@ impl<W: Write + Seek> BandEncoder<W> {
     ) -> Result<Self, EncodeError> {
         let icc = check(format, &spec, icc)?;
         let rows = if format == Format::Png {
-            Rows::Png(Box::new(RowEncoder::new(&spec, icc, options.compress)?))
+            Rows::Png(Box::new(png::RowEncoder::new(&spec, icc, options.compress)?))
+        } else if format == Format::Jpeg {
+            Rows::Jpeg(Box::new(jpeg::RowEncoder::new(&spec, icc, options.jpeg_quality)))
         } else {
             let len = spec.values();
             let memory = |error| EncodeError::encoder(format, error);
@@ -53,7 +58,8 @@ impl<W: Write + Seek> BandEncoder<W> {
             };
             Rows::Gathered { format, texels, icc: icc.map(<[u8]>::to_vec), options: *options }
         };
-        Ok(Self { spec, rows_left: spec.size.height, out, rows })
+        let segments = Segments::new(format, spec, options);
+        Ok(Self { spec, segments, rows_left: spec.size.height, out, rows })
     }
 
     /// Encodes the next rows: a texture as wide as the image, with its channels, depth and
@@ -77,6 +83,7 @@ impl<W: Write + Seek> BandEncoder<W> {
         }
         match &mut self.rows {
             Rows::Png(encoder) => encoder.write(band.texels(), &mut self.out)?,
+            Rows::Jpeg(encoder) => encoder.write(band.texels(), &mut self.out)?,
             Rows::Gathered { texels, .. } => match (texels, band.texels()) {
                 (Texels::U8(all), Texels::U8(values)) => all.extend_from_slice(values),
                 (Texels::U16(all), Texels::U16(values)) => all.extend_from_slice(values),
@@ -88,18 +95,48 @@ impl<W: Write + Seek> BandEncoder<W> {
         Ok(())
     }
 
+    /// How the image is divided into segments, if it is.
+    pub fn segments(&self) -> Option<Segments> {
+        self.segments
+    }
+
+    /// Appends the next rows as a segment that is encoded already, to the same effect as
+    /// [`BandEncoder::push`] with these rows.
+    ///
+    /// # Errors
+    /// [`EncodeError`] if it is not the next segment of this image, or cannot be written.
+    pub fn push_segment(&mut self, segment: &Segment) -> Result<(), EncodeError> {
+        let next_row = self.spec.size.height - self.rows_left;
+        if self.segments != Some(segment.of) || segment.first_row != next_row {
+            let (found, wanted) = (segment.first_row, next_row);
+            return Err(EncodeError::Segment { found, wanted });
+        }
+        match (&mut self.rows, &segment.content) {
+            (Rows::Png(encoder), Content::Png(segment)) => {
+                encoder.push_segment(segment, &mut self.out)?;
+            }
+            (Rows::Jpeg(encoder), Content::Jpeg(segment)) => {
+                encoder.push_segment(segment, &mut self.out)?;
+            }
+            _ => unreachable!("of the same image"),
+        }
+        self.rows_left -= segment.rows;
+        Ok(())
+    }
+
     /// Writes the remaining data, and returns the output.
     ///
     /// # Errors
     /// [`EncodeError`] if rows are missing, or it cannot be written.
     pub fn finish(self) -> Result<(Written, W), EncodeError> {
-        let Self { spec, rows_left, mut out, rows } = self;
+        let Self { spec, rows_left, mut out, rows, .. } = self;
         if rows_left > 0 {
             let wanted = spec.size.height;
             return Err(EncodeError::Rows { found: (wanted - rows_left).into(), wanted });
         }
         let losses = match rows {
             Rows::Png(encoder) => encoder.finish(&mut out)?,
+            Rows::Jpeg(encoder) => encoder.finish(&mut out)?,
             Rows::Gathered { format, texels, icc, options } => {
                 let texture = Texture::new(spec.size, spec.channels, spec.encoding, texels)
                     .map_err(|error| EncodeError::encoder(format, error))?;
@@ -180,6 +217,21 @@ impl BandWriter {
     pub fn push(&mut self, band: &Texture) -> Result<(), WriteError> {
         let Self { path, encoder } = self;
         encoder.push(band).map_err(|reason| WriteError::Encode { path: path.clone(), reason })
+    }
+
+    /// As [`BandEncoder::segments`].
+    pub fn segments(&self) -> Option<Segments> {
+        self.encoder.segments()
+    }
+
+    /// As [`BandEncoder::push_segment`].
+    ///
+    /// # Errors
+    /// [`WriteError`], with the path.
+    pub fn push_segment(&mut self, segment: &Segment) -> Result<(), WriteError> {
+        let Self { path, encoder } = self;
+        let bad = |reason| WriteError::Encode { path: path.clone(), reason };
+        encoder.push_segment(segment).map_err(bad)
     }
 
     /// Writes the remaining data and moves the file into place.

@@ -122,6 +122,16 @@ impl<T: AtDepth> Conversion<T> {
         })
     }
 
+    /// Whether values converted so far were clamped.
+    pub(super) fn is_clamped(&self) -> bool {
+        self.clamped
+    }
+
+    /// Notes that values were clamped that another conversion converted.
+    pub(super) fn note_clamped(&mut self, clamped: bool) {
+        self.clamped |= clamped;
+    }
+
     /// The losses of the values converted so far.
     pub(super) fn losses(self) -> Vec<Loss> {
         let mut losses = self.losses;

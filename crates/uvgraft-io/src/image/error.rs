@@ -144,6 +144,14 @@ pub enum EncodeError {
         /// Rows of the image as announced.
         wanted: u32,
     },
+    /// An encoded segment does not follow the rows written so far, or belongs to another image.
+    #[error("the next segment must be one of this image from row {wanted} on, got row {found}")]
+    Segment {
+        /// The first row of the segment.
+        found: u32,
+        /// Rows written so far.
+        wanted: u32,
+    },
     /// The encoder failed.
     #[error("{format} encoder: {reason}")]
     Encoder {

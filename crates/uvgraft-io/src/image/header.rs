@@ -29,7 +29,7 @@ pub struct Header {
 }
 
 /// Everything about a texture except its values.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub struct TextureSpec {
     /// Width and height.
     pub size: Size,

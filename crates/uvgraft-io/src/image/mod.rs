@@ -35,6 +35,7 @@ mod header;
 mod jpeg;
 mod orientation;
 mod png;
+mod segments;
 mod tiff;
 mod webp;
 
@@ -52,6 +53,7 @@ pub(crate) use self::exr::encode_rows as encode_exr_rows;
 pub use self::format::Format;
 use self::header::StoredHeader;
 pub use self::header::{Header, MAX_BYTES, MAX_ICC_BYTES, TextureSpec};
+pub use self::segments::{Segment, Segments};
 use crate::output::write_atomically;
 
 /// A texture with its colour profile.
@@ -267,7 +269,7 @@ pub fn encode(
 ) -> Result<Written, EncodeError> {
     let Image { texture, icc } = image;
     let (spec, icc) = (TextureSpec::from(texture), icc.as_deref());
-    if format == Format::Png {
+    if matches!(format, Format::Png | Format::Jpeg) {
         let mut encoder = BandEncoder::new(out, format, spec, icc, options)?;
         encoder.push(texture)?;
         return Ok(encoder.finish()?.0);
@@ -286,8 +288,7 @@ fn encode_whole(
 ) -> Result<Vec<Loss>, EncodeError> {
     let mut source = Source { texture, icc, format, losses: Vec::new() };
     match format {
-        Format::Png => unreachable!("encoded in bands"),
-        Format::Jpeg => jpeg::encode(&mut source, options.jpeg_quality, out),
+        Format::Png | Format::Jpeg => unreachable!("encoded in bands"),
         Format::WebP => webp::encode(&mut source, out),
         Format::Tiff => tiff::encode(&mut source, options.compress, out),
         Format::Exr => exr::encode(&mut source, options.compress, out),

@@ -1,10 +1,8 @@
-//! Rows out of a PNG, top to bottom, through the `png` crate, which checks the CRC of every chunk.
+//! Rows out of a PNG, top to bottom.
 //!
-//! Measured for 4096² RGB texels on one core, smooth and with grain (9 and 35 MB): row by row into
-//! memory that is used again 121 and 158 ms, as one frame into fresh memory 134 and 202 ms. Of
-//! these, inflating takes 111 and 128 ms, and undoing the filter 13 ms, so that a second thread for
-//! the latter would gain little. `zlib-rs` inflates in 132 and 186 ms, libdeflate in 162 and 202 ms
-//! (into fresh memory).
+//! The rows of common images are inflated and unfiltered here (4096², detailed, by Pillow: 79 ms;
+//! the `png` crate takes 134). The crate reads what is before
+//! them, and all other images. The checksum of every chunk that matters is verified.
 
 use std::io::{BufRead, Seek};
 use std::ops::Range;
@@ -12,43 +10,51 @@ use std::ops::Range;
 use ::png::{BitDepth, ColorType, Decoder, DecodingError, Limits, Reader, Transformations};
 use uvgraft::texture::{Channels, Depth, Texels};
 
-use super::{FORMAT, header};
+use super::image_data::ImageData;
+use super::unfilter::{Unfilter, UnknownFilter};
+use super::{FORMAT, Outline, outline};
 use crate::image::ImageError;
 use crate::image::header::{MAX_ICC_BYTES, StoredHeader};
 
 /// A PNG decoded on demand.
 pub(in crate::image) struct RowDecoder<R: BufRead + Seek> {
     header: StoredHeader,
-    reader: Reader<R>,
-    row: Vec<u8>,
+    icc: Option<Vec<u8>>,
+    is_sequential: bool,
+    rows: Rows<R>,
+    /// A row, or several, as stored.
+    bytes: Vec<u8>,
+    row_bytes: usize,
     rows_left: u32,
 }
+
+enum Rows<R: BufRead + Seek> {
+    Plain(Box<(ImageData<R>, Unfilter)>),
+    Other(Box<Reader<R>>),
+}
+
+/// Bytes of rows that are decoded at once where they are converted after that.
+const AT_ONCE: usize = 1 << 17;
 
 impl<R: BufRead + Seek> RowDecoder<R> {
     pub(in crate::image) fn new(mut source: R) -> Result<Self, ImageError> {
         let io = |error| ImageError::from_io(FORMAT, &error);
-        let header = header(&mut source)?;
+        let Outline { header, plain } = outline(&mut source)?;
         source.rewind().map_err(io)?;
-        // The limit applies to chunks kept in memory, of which only the profile is large.
-        let limits = Limits { bytes: 4 * MAX_ICC_BYTES };
-        let mut decoder = Decoder::new_with_limits(source, limits);
-        decoder.set_ignore_text_chunk(true);
-        // Palettes, 1 to 4 bits and colour keys become 8-bit channels.
-        decoder.set_transformations(Transformations::EXPAND);
-        let reader = decoder.read_info().map_err(from_png)?;
-        let (color, depth) = reader.output_color_type();
-        let found = match color {
-            ColorType::Grayscale => Channels::Grey,
-            ColorType::GrayscaleAlpha => Channels::GreyAlpha,
-            ColorType::Rgb | ColorType::Indexed => Channels::Rgb,
-            ColorType::Rgba => Channels::Rgba,
+        let texel_bytes = header.channels.count() * if header.depth == Depth::U16 { 2 } else { 1 };
+        let row_bytes = header.size.width as usize * texel_bytes;
+        let (rows, icc, is_sequential) = if let Some(start) = plain {
+            // Checks what is before the image data.
+            let icc = icc(&reader(&mut source, &header)?);
+            let data = ImageData::new(source, start, row_bytes + 1, header.size.height)?;
+            (Rows::Plain(Box::new((data, Unfilter::new(row_bytes, texel_bytes)))), icc, true)
+        } else {
+            let reader = reader(source, &header)?;
+            let (icc, is_sequential) = (icc(&reader), !reader.info().interlaced);
+            (Rows::Other(Box::new(reader)), icc, is_sequential)
         };
-        let len = header.values() * if depth == BitDepth::Sixteen { 2 } else { 1 };
-        if found != header.channels || reader.output_buffer_size() != Some(len) {
-            return Err(ImageError::damaged(FORMAT, "misplaced tRNS chunk"));
-        }
-        let row = vec![0; len / header.size.height as usize];
-        Ok(Self { header, reader, row, rows_left: header.size.height })
+        let rows_left = header.size.height;
+        Ok(Self { header, icc, is_sequential, rows, bytes: Vec::new(), row_bytes, rows_left })
     }
 
     /// The header; the size is as stored.
@@ -58,21 +64,17 @@ impl<R: BufRead + Seek> RowDecoder<R> {
 
     /// The profile, which precedes the rows.
     pub(in crate::image) fn icc(&self) -> Option<Vec<u8>> {
-        self.reader.info().icc_profile.as_deref().map(<[u8]>::to_vec)
+        self.icc.clone()
     }
 
     /// Whether rows are stored in order.
     pub(in crate::image) fn is_sequential(&self) -> bool {
-        !self.reader.info().interlaced
+        self.is_sequential
     }
 
     /// Skips rows.
     pub(in crate::image) fn skip(&mut self, rows: u32) -> Result<(), ImageError> {
-        for _ in 0..rows {
-            self.reader.read_row(&mut self.row).map_err(from_png)?;
-        }
-        self.rows_left -= rows;
-        self.check_end()
+        self.in_parts(rows as usize, |_| {})
     }
 
     /// Decodes the next rows into the rows `places` of `texels`. With the last row, the rest of the
@@ -86,29 +88,31 @@ impl<R: BufRead + Seek> RowDecoder<R> {
         let part = places.start as usize * values..places.end as usize * values;
         match texels {
             Texels::U8(texels) => {
-                for row in texels[part].chunks_exact_mut(values) {
-                    self.reader.read_row(row).map_err(from_png)?;
-                    self.rows_left -= 1;
-                }
+                self.rows.read(&mut texels[part], self.row_bytes)?;
+                self.rows_left -= places.len() as u32;
+                self.check_end()
             }
             Texels::U16(texels) => {
-                for row in texels[part].chunks_exact_mut(values) {
-                    self.reader.read_row(&mut self.row).map_err(from_png)?;
-                    for (value, &bytes) in row.iter_mut().zip(self.row.as_chunks().0) {
+                let mut rest = texels[part].iter_mut();
+                self.in_parts(places.len(), |bytes| {
+                    for (&bytes, value) in bytes.as_chunks().0.iter().zip(&mut rest) {
                         *value = u16::from_be_bytes(bytes);
                     }
-                    self.rows_left -= 1;
-                }
+                })
             }
             Texels::F32(_) => unreachable!("PNG holds integers"),
         }
-        self.check_end()
     }
 
     /// Decodes all rows at once, in any stored order.
     pub(in crate::image) fn read_all(mut self) -> Result<Texels, ImageError> {
-        let mut data = vec![0; self.row.len() * self.rows_left as usize];
-        self.reader.next_frame(&mut data).map_err(from_png)?;
+        let mut data = vec![0; self.row_bytes * self.rows_left as usize];
+        match &mut self.rows {
+            Rows::Other(reader) => {
+                let _ = reader.next_frame(&mut data).map_err(from_png)?;
+            }
+            rows => rows.read(&mut data, self.row_bytes)?,
+        }
         self.rows_left = 0;
         self.check_end()?;
         Ok(match self.header.depth {
@@ -119,10 +123,86 @@ impl<R: BufRead + Seek> RowDecoder<R> {
         })
     }
 
+    /// Decodes the next rows in parts.
+    fn in_parts(&mut self, rows: usize, mut take: impl FnMut(&[u8])) -> Result<(), ImageError> {
+        let at_once = (AT_ONCE / self.row_bytes).max(1).min(rows);
+        self.bytes.resize(at_once * self.row_bytes, 0);
+        let mut left = rows;
+        while left > 0 {
+            let part = left.min(at_once);
+            let bytes = &mut self.bytes[..part * self.row_bytes];
+            self.rows.read(bytes, self.row_bytes)?;
+            take(bytes);
+            left -= part;
+            self.rows_left -= part as u32;
+        }
+        self.check_end()
+    }
+
     /// What follows the texels, up to IEND, may be missing too.
     fn check_end(&mut self) -> Result<(), ImageError> {
-        if self.rows_left == 0 { self.reader.finish().map_err(from_png) } else { Ok(()) }
+        if self.rows_left > 0 {
+            return Ok(());
+        }
+        match &mut self.rows {
+            Rows::Plain(plain) => plain.0.finish(),
+            Rows::Other(reader) => reader.finish().map_err(from_png),
+        }
     }
+}
+
+impl<R: BufRead + Seek> Rows<R> {
+    /// Fills `bytes` with the next rows.
+    fn read(&mut self, bytes: &mut [u8], row_bytes: usize) -> Result<(), ImageError> {
+        match self {
+            Self::Plain(plain) => {
+                let (data, unfilter) = &mut **plain;
+                let mut rest = bytes;
+                while !rest.is_empty() {
+                    let filtered = data.rows(rest.len() / row_bytes)?;
+                    let (rows, after) =
+                        rest.split_at_mut(filtered.len() / (row_bytes + 1) * row_bytes);
+                    unfilter.apply(filtered, rows).map_err(|UnknownFilter(number)| {
+                        ImageError::damaged(FORMAT, format_args!("unknown filter {number}"))
+                    })?;
+                    rest = after;
+                }
+            }
+            Self::Other(reader) => {
+                for row in bytes.chunks_exact_mut(row_bytes) {
+                    reader.read_row(row).map_err(from_png)?;
+                }
+            }
+        }
+        Ok(())
+    }
+}
+
+/// Reads everything before the rows.
+fn reader<R: BufRead + Seek>(source: R, header: &StoredHeader) -> Result<Reader<R>, ImageError> {
+    // The limit applies to chunks kept in memory, of which only the profile is large.
+    let limits = Limits { bytes: 4 * MAX_ICC_BYTES };
+    let mut decoder = Decoder::new_with_limits(source, limits);
+    decoder.set_ignore_text_chunk(true);
+    // Palettes, 1 to 4 bits and colour keys become 8-bit channels.
+    decoder.set_transformations(Transformations::EXPAND);
+    let reader = decoder.read_info().map_err(from_png)?;
+    let (color, depth) = reader.output_color_type();
+    let found = match color {
+        ColorType::Grayscale => Channels::Grey,
+        ColorType::GrayscaleAlpha => Channels::GreyAlpha,
+        ColorType::Rgb | ColorType::Indexed => Channels::Rgb,
+        ColorType::Rgba => Channels::Rgba,
+    };
+    let len = header.values() * if depth == BitDepth::Sixteen { 2 } else { 1 };
+    if found != header.channels || reader.output_buffer_size() != Some(len) {
+        return Err(ImageError::damaged(FORMAT, "misplaced tRNS chunk"));
+    }
+    Ok(reader)
+}
+
+fn icc<R: BufRead + Seek>(reader: &Reader<R>) -> Option<Vec<u8>> {
+    reader.info().icc_profile.as_deref().map(<[u8]>::to_vec)
 }
 
 fn from_png(error: DecodingError) -> ImageError {

@@ -23,26 +23,31 @@ const LONGEST_CODE: usize = 12;
 const SAMPLED: usize = 8;
 const SAMPLE: usize = 2048;
 
-/// Appends `data` to a stream as non-final blocks.
-pub(super) fn compress(data: &[u8], out: &mut Vec<u8>) {
+/// Writes `data` to a stream as non-final blocks, from `start` on, and returns the end.
+///
+/// - `out`: grows where it is too short, and may then be longer than the stream.
+pub(super) fn compress(data: &[u8], start: usize, out: &mut Vec<u8>) -> usize {
     let codes = codes(&lengths(&count(data)));
-    // The longest code of each byte, the lengths of all codes, and the bits written at once.
-    let most = data.len() / 2 * 3 + SYMBOLS + 64;
-    let start = out.len();
-    // Its values don't matter; only the first time are they written for nothing.
-    out.resize(start + most, 0);
+    let most = most(data.len());
+    // Its values don't matter.
+    if out.len() < start + most {
+        out.resize(start + most, 0);
+    }
     let mut bits = Bits { out: &mut out[start..], at: 0, buffer: 0, count: 0 };
     write_codes(&codes, &mut bits);
-    let code = |byte: u8| codes[usize::from(byte)];
+    let literals = Literals::new(&codes);
     walk(
         data,
         &mut bits,
-        |bits, literals| {
-            let (fours, rest) = literals.as_chunks::<4>();
-            for &[a, b, c, d] in fours {
-                bits.write(code(a).then(code(b)).then(code(c).then(code(d))));
+        |bits, bytes| match bytes.as_chunks::<4>() {
+            ([first, second], []) => {
+                bits.write(literals.four(*first));
+                bits.write(literals.four(*second));
             }
-            rest.iter().for_each(|&byte| bits.write(code(byte)));
+            (fours, rest) => {
+                fours.iter().for_each(|four| bits.write(literals.four(*four)));
+                bits.write(literals.fewer(rest));
+            }
         },
         |bits, length| {
             let (symbol, extra) = run(length);
@@ -54,8 +59,13 @@ pub(super) fn compress(data: &[u8], out: &mut Vec<u8>) {
     bits.write(Code { bits: 0, count: 3 });
     bits.align();
     bits.write(Code { bits: 0xffff_0000, count: 32 });
-    let len = bits.at;
-    out.truncate(start + len);
+    start + bits.at
+}
+
+/// No fewer bytes than [`compress`] writes for `len` bytes: the longest code of each, the lengths of
+/// all codes, and the bits written at once.
+pub(super) fn most(len: usize) -> usize {
+    len / 2 * 3 + SYMBOLS + 64
 }
 
 /// Bits in the order of writing, the first in the lowest position.
@@ -71,6 +81,38 @@ const DISTANCE: Code = Code { bits: 0, count: 1 };
 impl Code {
     fn then(self, next: Self) -> Self {
         Self { bits: self.bits | next.bits << self.count, count: self.count + next.count }
+    }
+}
+
+/// The codes of bytes: in the highest bits, with the length in the lowest.
+struct Literals([u64; 256]);
+
+impl Literals {
+    fn new(codes: &[Code; SYMBOLS]) -> Self {
+        Self(std::array::from_fn(|byte| {
+            let Code { bits, count } = codes[byte];
+            bits << (64 - count) | u64::from(count)
+        }))
+    }
+
+    #[inline(always)]
+    fn four(&self, bytes: [u8; 4]) -> Code {
+        Self::join(bytes.map(|byte| self.0[usize::from(byte)]))
+    }
+
+    /// The codes of less than four bytes.
+    #[inline(always)]
+    fn fewer(&self, bytes: &[u8]) -> Code {
+        Self::join([0, 1, 2, 3].map(|k| bytes.get(k).map_or(0, |&byte| self.0[usize::from(byte)])))
+    }
+
+    /// Shifts by the lowest bits of a code, and leaves no more than these below the codes that
+    /// were joined, so that a symbol takes a shift, an OR and an addition.
+    #[inline(always)]
+    fn join([a, b, c, d]: [u64; 4]) -> Code {
+        let then = |before: u64, next: u64| before >> (next & 63) | next;
+        let count = a.wrapping_add(b).wrapping_add(c).wrapping_add(d) & 63;
+        Code { bits: then(then(then(a, b), c), d) >> ((64 - count) & 63), count: count as u32 }
     }
 }
 
@@ -99,6 +141,7 @@ impl Bits<'_> {
 }
 
 /// Splits data into literals and runs of zeros that follow a zero.
+#[inline(always)]
 fn walk<S>(
     data: &[u8],
     state: &mut S,
@@ -260,7 +303,8 @@ mod tests {
     fn round_trip(pieces: &[&[u8]]) -> usize {
         let mut stream = vec![0x78, 1];
         for piece in pieces {
-            compress(piece, &mut stream);
+            let end = compress(piece, stream.len(), &mut stream);
+            stream.truncate(end);
         }
         stream.extend(END);
         let data = pieces.concat();

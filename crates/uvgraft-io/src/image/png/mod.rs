@@ -1,16 +1,20 @@
-//! PNG, through the `png` crate.
+//! PNG: a decoder and an encoder of our own for what is common, and the `png` crate.
 
 mod decode;
 mod deflate;
 mod encode;
+mod image_data;
+mod piece_reader;
 mod pieces;
+mod unfilter;
+mod wave;
 
 use std::io::{BufRead, Read, Seek};
 
 use uvgraft::texture::{Channels, Depth};
 
 pub(super) use self::decode::RowDecoder;
-pub(super) use self::encode::RowEncoder;
+pub(super) use self::encode::{RowEncoder, Segment, rows_in_segment};
 use super::exif::FocalLength;
 use super::header::{StoredHeader, check_size};
 use super::orientation::Orientation;
@@ -18,34 +22,62 @@ use super::{Format, ImageError};
 
 const FORMAT: Format = Format::Png;
 
+/// The header of a file that is complete.
+pub(super) fn header(reader: &mut (impl BufRead + Seek)) -> Result<StoredHeader, ImageError> {
+    outline(reader).map(|outline| outline.header)
+}
+
+/// What the chunks say.
+struct Outline {
+    header: StoredHeader,
+    /// Where the image data starts, if it is of the common kind: whole bytes that are the channels
+    /// of the texture, not interlaced, in one sequence of chunks, before other chunks that may be
+    /// ignored.
+    plain: Option<u64>,
+}
+
 /// Walks the chunks to the end without decoding, because EXIF may follow the image; this also
 /// detects truncation.
-pub(super) fn header(reader: &mut (impl BufRead + Seek)) -> Result<StoredHeader, ImageError> {
+fn outline(reader: &mut (impl BufRead + Seek)) -> Result<Outline, ImageError> {
     let io = |error| ImageError::from_io(FORMAT, &error);
     let mut start = [0; 8 + 8 + 13 + 4];
     reader.read_exact(&mut start).map_err(io)?;
     let [_, _, _, _, _, _, _, _, _, _, _, _, b'I', b'H', b'D', b'R', rest @ ..] = start else {
         return Err(ImageError::damaged(FORMAT, "must start with an IHDR chunk"));
     };
-    let [w0, w1, w2, w3, h0, h1, h2, h3, bits, color, ..] = rest;
+    let [w0, w1, w2, w3, h0, h1, h2, h3, bits, color, _, _, interlacing, ..] = rest;
     let width = u32::from_be_bytes([w0, w1, w2, w3]);
     let height = u32::from_be_bytes([h0, h1, h2, h3]);
     let depth = if bits == 16 { Depth::U16 } else { Depth::U8 };
     let mut has_alpha = color & 4 != 0;
     let mut orientation = Orientation::default();
     let mut focal = FocalLength::default();
+    let mut is_plain = matches!(bits, 8 | 16) && matches!(color, 0 | 2 | 4 | 6) && interlacing == 0;
+    let mut first_data = None;
+    let mut previous = *b"IHDR";
+    let mut at = start.len() as u64;
     loop {
         let mut chunk = [0; 8];
         reader.read_exact(&mut chunk).map_err(io)?;
         let [l0, l1, l2, l3, kind @ ..] = chunk;
-        let mut left = i64::from(u32::from_be_bytes([l0, l1, l2, l3]));
+        let len = u32::from_be_bytes([l0, l1, l2, l3]);
+        let mut left = i64::from(len);
         match &kind {
             b"IEND" => {
                 reader.seek_relative(left).map_err(io)?;
                 reader.read_exact(&mut [0; 4]).map_err(io)?;
                 break;
             }
-            b"tRNS" => has_alpha = true,
+            b"IDAT" => {
+                is_plain &= first_data.is_none() || previous == *b"IDAT";
+                first_data.get_or_insert(at);
+            }
+            b"tRNS" => {
+                has_alpha = true;
+                is_plain = false;
+            }
+            // Animations may start with a part of the image.
+            b"acTL" | b"fcTL" | b"fdAT" => is_plain = false,
             b"eXIf" => {
                 // Orientation and focal length are near the start; thumbnails after them are
                 // irrelevant.
@@ -55,13 +87,20 @@ pub(super) fn header(reader: &mut (impl BufRead + Seek)) -> Result<StoredHeader,
                 orientation = Orientation::from_exif(&exif);
                 focal = FocalLength::from_exif(&exif);
             }
+            // Critical after the image, or large.
+            _ if first_data.is_some() && (kind[0].is_ascii_uppercase() || left > 1 << 16) => {
+                is_plain = false;
+            }
             _ => {}
         }
+        previous = kind;
+        at += (chunk.len() + 4) as u64 + u64::from(len);
         const CHECKSUM: i64 = 4;
         reader.seek_relative(left + CHECKSUM).map_err(io)?;
     }
     let colors = if color & 2 != 0 { Channels::Rgb } else { Channels::Grey };
     let channels = if has_alpha { colors.with_alpha() } else { colors };
     let size = check_size(FORMAT, (width.into(), height.into()), channels, depth)?;
-    Ok(StoredHeader { size, channels, depth, orientation, focal })
+    let header = StoredHeader { size, channels, depth, orientation, focal };
+    Ok(Outline { header, plain: first_data.filter(|_| is_plain) })
 }

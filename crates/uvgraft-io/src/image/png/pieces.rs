@@ -29,17 +29,30 @@ pub(super) struct Pieces {
 #[derive(Default)]
 struct PieceEncoder {
     filtered: Vec<u8>,
-    chunk: Vec<u8>,
+    /// Begins with the chunk; never shortened, because filling it would take time.
+    buffer: Vec<u8>,
+    chunk_len: usize,
     checksum: Adler32,
+}
+
+/// A compressed piece: its chunk, and the checksum of what is in it.
+#[derive(Debug)]
+pub(super) struct Piece {
+    chunk: Box<[u8]>,
+    checksum: Adler32,
+}
+
+/// Number of rows in each piece but the last.
+pub(super) fn rows_in_piece(row_bytes: usize) -> usize {
+    (PIECE / row_bytes).max(1)
 }
 
 impl Pieces {
     pub(super) fn new(row_bytes: usize, texel_bytes: usize) -> Self {
-        let piece_bytes = (PIECE / row_bytes).max(1) * row_bytes;
         Self {
             row_bytes,
             texel_bytes,
-            piece_bytes,
+            piece_bytes: rows_in_piece(row_bytes) * row_bytes,
             pending: Vec::new(),
             encoders: Vec::new(),
             checksum: Adler32::default(),
@@ -75,15 +88,23 @@ impl Pieces {
         Ok(())
     }
 
+    /// Takes a piece that is compressed already, after whole pieces only.
+    pub(super) fn push_piece(&mut self, piece: &Piece, out: &mut impl Write) -> io::Result<()> {
+        self.has_begun = true;
+        self.checksum.append(piece.checksum);
+        out.write_all(&piece.chunk)
+    }
+
     /// Writes the remaining data, and the end of the stream.
     pub(super) fn finish(mut self, out: &mut impl Write) -> io::Result<()> {
         let pending = std::mem::take(&mut self.pending);
         if !pending.is_empty() {
             self.write(&[&pending], out)?;
         }
-        let mut chunk = begin_chunk(Vec::new());
+        let mut chunk = START.to_vec();
         chunk.extend(deflate::END);
         chunk.extend(self.checksum.value().to_be_bytes());
+        chunk.extend([0; 4]);
         end_chunk(&mut chunk);
         out.write_all(&chunk)
     }
@@ -98,10 +119,26 @@ impl Pieces {
         });
         self.has_begun = true;
         for encoder in &self.encoders[..pieces.len()] {
-            out.write_all(&encoder.chunk)?;
+            out.write_all(encoder.chunk())?;
             self.checksum.append(encoder.checksum);
         }
         Ok(())
+    }
+}
+
+impl Piece {
+    /// Compresses the rows of a piece.
+    ///
+    /// - `is_first`: whether the stream begins with it.
+    pub(super) fn new(rows: &[u8], row_bytes: usize, texel_bytes: usize, is_first: bool) -> Self {
+        let mut encoder = PieceEncoder::default();
+        encoder.compress(rows, row_bytes, texel_bytes, is_first);
+        Self { chunk: encoder.chunk().into(), checksum: encoder.checksum }
+    }
+
+    /// Bytes that it occupies.
+    pub(super) fn bytes(&self) -> usize {
+        self.chunk.len()
     }
 }
 
@@ -113,14 +150,21 @@ impl PieceEncoder {
             filter(row, texel_bytes, filtered);
         }
         self.checksum = Adler32::of(&self.filtered);
-        let mut chunk = begin_chunk(std::mem::take(&mut self.chunk));
+        self.buffer.resize(self.buffer.len().max(START.len() + ZLIB.len()), 0);
+        self.buffer[..START.len()].copy_from_slice(START);
+        let mut end = START.len();
         if is_first {
-            // RFC 1950: deflate, a window of 32 KB, and check bits that make it divisible by 31.
-            chunk.extend([0x78, 0x01]);
+            self.buffer[end..end + ZLIB.len()].copy_from_slice(&ZLIB);
+            end += ZLIB.len();
         }
-        deflate::compress(&self.filtered, &mut chunk);
-        end_chunk(&mut chunk);
-        self.chunk = chunk;
+        end = deflate::compress(&self.filtered, end, &mut self.buffer);
+        self.buffer.resize(self.buffer.len().max(end + 4), 0);
+        self.chunk_len = end + 4;
+        end_chunk(&mut self.buffer[..end + 4]);
+    }
+
+    fn chunk(&self) -> &[u8] {
+        &self.buffer[..self.chunk_len]
     }
 }
 
@@ -135,23 +179,24 @@ fn filter(row: &[u8], texel_bytes: usize, filtered: &mut [u8]) {
     }
 }
 
-/// Space for the length, and the chunk type.
-fn begin_chunk(mut chunk: Vec<u8>) -> Vec<u8> {
-    chunk.clear();
-    chunk.extend(*b"\0\0\0\0IDAT");
-    chunk
-}
+/// Space for the length of a chunk, and its type.
+const START: &[u8; 8] = b"\0\0\0\0IDAT";
 
-fn end_chunk(chunk: &mut Vec<u8>) {
+/// RFC 1950: deflate, a window of 32 KB, and check bits that make it divisible by 31.
+pub(super) const ZLIB: [u8; 2] = [0x78, 0x01];
+
+/// Fills in the length and the checksum, the last four bytes.
+fn end_chunk(chunk: &mut [u8]) {
+    let end = chunk.len() - 4;
     // At most 1.5 times a row of 256 KB, or a piece.
-    let length = (chunk.len() - 8) as u32;
+    let length = (end - START.len()) as u32;
     chunk[..4].copy_from_slice(&length.to_be_bytes());
-    let checksum = crc32fast::hash(&chunk[4..]);
-    chunk.extend(checksum.to_be_bytes());
+    let checksum = crc32fast::hash(&chunk[4..end]);
+    chunk[end..].copy_from_slice(&checksum.to_be_bytes());
 }
 
 /// The checksum of RFC 1950, section 8.2, of concatenated parts.
-#[derive(Clone, Copy)]
+#[derive(Debug, Clone, Copy)]
 struct Adler32 {
     sum: u32,
     sum_of_sums: u32,

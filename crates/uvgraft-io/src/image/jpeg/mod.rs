@@ -1,9 +1,11 @@
-//! JPEG: read through `zune-jpeg`, written through `image`.
+//! JPEG: read through `zune-jpeg`, written by ourselves.
 
-use std::io::{self, BufRead, Cursor, Read, Seek, Write};
+mod blocks;
+mod encode;
+mod entropy;
 
-use ::image::codecs::jpeg::JpegEncoder;
-use ::image::{ExtendedColorType, ImageEncoder};
+use std::io::{self, BufRead, Cursor, Read, Seek};
+
 use uvgraft::texture::{Channels, Depth, Size, Texels, Texture};
 use zune_jpeg::JpegDecoder;
 use zune_jpeg::errors::DecodeErrors;
@@ -11,11 +13,11 @@ use zune_jpeg::zune_core::bytestream::ZCursor;
 use zune_jpeg::zune_core::colorspace::ColorSpace;
 use zune_jpeg::zune_core::options::DecoderOptions;
 
-use super::convert::Source;
 use super::exif::FocalLength;
 use super::header::{StoredHeader, check_size};
 use super::orientation::Orientation;
-use super::{Decoded, EncodeError, Format, ImageError};
+use super::{Decoded, Format, ImageError};
+pub(super) use encode::{ROWS_IN_SEGMENT, RowEncoder, Segment};
 
 const FORMAT: Format = Format::Jpeg;
 
@@ -129,28 +131,4 @@ fn read_u16(reader: &mut impl Read) -> io::Result<u16> {
     let mut bytes = [0; 2];
     reader.read_exact(&mut bytes)?;
     Ok(u16::from_be_bytes(bytes))
-}
-
-pub(super) fn encode(
-    source: &mut Source<'_>,
-    quality: u8,
-    out: &mut impl Write,
-) -> Result<(), EncodeError> {
-    let values = source.values::<u8>();
-    let color = match source.texture.channels() {
-        Channels::Grey => ExtendedColorType::L8,
-        Channels::Rgb => ExtendedColorType::Rgb8,
-        Channels::GreyAlpha | Channels::Rgba => return Err(EncodeError::Alpha { format: FORMAT }),
-    };
-    let mut encoder = JpegEncoder::new_with_quality(out, quality.clamp(1, 100));
-    if let Some(icc) = source.icc {
-        encoder
-            .set_icc_profile(icc.to_vec())
-            .map_err(|error| EncodeError::encoder(FORMAT, error))?;
-    }
-    let size = source.texture.size();
-    encoder.write_image(&values, size.width, size.height, color).map_err(|error| match error {
-        ::image::ImageError::IoError(error) => EncodeError::Io(error),
-        error => EncodeError::encoder(FORMAT, error),
-    })
 }
