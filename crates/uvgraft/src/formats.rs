@@ -17,7 +17,7 @@ pub enum Averaging {
 }
 
 /// The stored and the working format of results.
-#[derive(Debug, Clone, Copy)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub(crate) struct Formats {
     result: TexelFormat,
     /// The channels that a result is stored with.

@@ -7,6 +7,7 @@
 use crate::disjoint::DisjointSets;
 use crate::mesh::{Mesh, doubled_area};
 use crate::piece::wide;
+use crate::threads::map_indices;
 
 /// The islands of a layout, in ascending order of their lowest face.
 #[derive(Debug, Clone)]
@@ -74,20 +75,54 @@ pub(crate) fn weld_corners(
     vertices: &[[u32; 3]],
     vertex_count: usize,
 ) -> (Vec<[u32; 3]>, u32) {
-    let vertices = vertices.as_flattened();
-    let uv_indices = mesh.uv_faces().as_flattened();
-    let coordinate = |corner: u32| {
+    /// Of a vertex that no corner has seen; no coordinate is NaN.
+    const UNSEEN: [u32; 2] = [u32::MAX; 2];
+    let key = |uv: u32| {
         // Adding 0.0 turns -0.0 into 0.0.
-        mesh.uv()[uv_indices[corner as usize] as usize].map(|value| (value + 0.0).to_bits())
+        mesh.uv()[uv as usize].map(|value| (value + 0.0).to_bits())
     };
-    let mut welded = vec![[0; 3]; mesh.faces().len()];
-    let mut id = 0;
-    let by_vertex = Buckets::new(vertices, vertex_count);
-    for_each_group(&by_vertex, coordinate, |corners| {
-        for &(_, corner) in corners {
-            welded.as_flattened_mut()[corner as usize] = id;
+    let corners = || vertices.as_flattened().iter().zip(mesh.uv_faces().as_flattened());
+    // Most vertices have one coordinate. Those of the others, which lie on seams, are sorted.
+    let mut first = vec![UNSEEN; vertex_count];
+    let mut is_on_seam = vec![false; vertex_count];
+    for (&vertex, &uv) in corners() {
+        let (first, key) = (&mut first[vertex as usize], key(uv));
+        if *first == UNSEEN {
+            *first = key;
+        } else if *first != key {
+            is_on_seam[vertex as usize] = true;
         }
-        id += 1;
+    }
+    let on_seams = corners().filter(|(vertex, _)| is_on_seam[**vertex as usize]);
+    let mut on_seams: Vec<(u32, [u32; 2])> =
+        on_seams.map(|(&vertex, &uv)| (vertex, key(uv))).collect();
+    on_seams.sort_unstable();
+    on_seams.dedup();
+    let of_vertex = |vertex: u32| {
+        let first = on_seams.partition_point(|other| other.0 < vertex);
+        let count = on_seams[first..].iter().take_while(|other| other.0 == vertex).count();
+        first..first + count
+    };
+    let mut id = 0;
+    let mut ids = Vec::with_capacity(vertex_count);
+    for (vertex, first) in (0..).zip(first) {
+        ids.push(id);
+        id += match first {
+            UNSEEN => 0,
+            _ if is_on_seam[vertex as usize] => of_vertex(vertex).len() as u32,
+            _ => 1,
+        };
+    }
+    let welded = map_indices(vertices.len(), |face| {
+        [0, 1, 2].map(|k| {
+            let vertex = vertices[face][k];
+            let id = ids[vertex as usize];
+            if !is_on_seam[vertex as usize] {
+                return id;
+            }
+            let (key, others) = (key(mesh.uv_faces()[face][k]), &on_seams[of_vertex(vertex)]);
+            id + others.partition_point(|other| other.1 < key) as u32
+        })
     });
     (welded, id)
 }
@@ -96,80 +131,75 @@ pub(crate) fn weld_corners(
 /// opposite sides of it: the halves of a folded chart, or the two faces of a doubled surface, lie
 /// on the same side. So the signed UV areas decide, not the number of triangles at the edge.
 fn border(mesh: &Mesh, corners: &[[u32; 3]], count: u32) -> Vec<BoundaryEdge> {
-    // Edge `e` runs from corner `e` to the next corner of its face.
-    let ends = |edge: u32| {
-        let (face, corner) = (edge as usize / 3, edge as usize % 3);
-        (corners[face][corner], corners[face][(corner + 1) % 3])
-    };
-    // The sign says on which side of the edge its triangle lies, looking along the edge from its
-    // lower to its higher corner index.
-    let areas: Vec<f64> =
-        (0..corners.len()).map(|face| doubled_area(wide(mesh.uv_triangle(face)))).collect();
-    let side = |edge: u32| {
-        let area = areas[edge as usize / 3];
-        let (from, to) = ends(edge);
-        if from < to { area } else { -area }
-    };
-    let lower = |&[a, b, c]: &[u32; 3]| [a.min(b), b.min(c), c.min(a)];
-    let lower_ends: Vec<u32> = corners.iter().flat_map(lower).collect();
-    let mut is_border = vec![false; lower_ends.len()];
-    let by_lower_end = Buckets::new(&lower_ends, count as usize);
-    for_each_group(
-        &by_lower_end,
-        |edge| ends(edge).0.max(ends(edge).1),
-        |sharers| {
+    /// Faces are searched in this many parts, and edges are compared in this many, by their lower
+    /// corner: sorting them all at once would mean writing all over main memory.
+    const FACES: usize = 16;
+    const PARTS: usize = 64;
+    let corners_per_part = (count as usize).div_ceil(PARTS).max(1);
+    // For each part, its edges: the lower corner, counted from the part's first one, with the side on
+    // which the triangle lies, looking along the edge from there to the higher corner; the higher
+    // corner; and the edge. Edge `e` runs from corner `e` to the next of its face.
+    let found = map_indices(FACES, |part| {
+        let faces = corners.len() * part / FACES..corners.len() * (part + 1) / FACES;
+        let few = 3 * faces.len() / PARTS * 5 / 4;
+        let mut found: Vec<Vec<[u32; 3]>> = (0..PARTS).map(|_| Vec::with_capacity(few)).collect();
+        for face in faces {
+            let area = doubled_area(wide(mesh.uv_triangle(face)));
             // Triangles without area lie on neither side.
-            let on = |sign: f64| sharers.iter().find(|&&(_, edge)| side(edge) * sign > 0.0);
-            if let (Some(&(_, edge)), None) | (None, Some(&(_, edge))) = (on(1.0), on(-1.0)) {
-                is_border[edge as usize] = true;
+            if area == 0.0 {
+                continue;
             }
-        },
-    );
-    let border = is_border.into_iter().zip(0u32..).filter(|(is_border, _)| *is_border);
-    border.map(|(_, edge)| BoundaryEdge { face: edge / 3, corner: (edge % 3) as u8 }).collect()
-}
-
-/// Items bucketed by a small integer key with a counting sort.
-struct Buckets {
-    starts: Vec<u32>,
-    items: Vec<u32>,
-}
-
-impl Buckets {
-    /// Buckets the items `0..keys.len()`; every key must be below `count`.
-    fn new(keys: &[u32], count: usize) -> Self {
-        let mut starts = vec![0; count + 1];
-        for &key in keys {
-            starts[key as usize + 1] += 1;
+            for k in 0..3 {
+                let (from, to) = (corners[face][k], corners[face][(k + 1) % 3]);
+                let (lower, higher) = (from.min(to), from.max(to));
+                let side = u32::from((area > 0.0) == (from < to));
+                let part = lower as usize / corners_per_part;
+                let local = lower - (part * corners_per_part) as u32;
+                found[part].push([2 * local + side, higher, (3 * face + k) as u32]);
+            }
         }
-        for key in 0..count {
-            starts[key + 1] += starts[key];
+        found
+    });
+    let of_part = |part: usize| {
+        let edges = found.iter().flat_map(|found| found[part].iter());
+        let mut starts = vec![0_u32; 2 * corners_per_part + 1];
+        for &[side, ..] in edges.clone() {
+            starts[side as usize + 1] += 1;
+        }
+        for side in 0..2 * corners_per_part {
+            starts[side + 1] += starts[side];
         }
         let mut next = starts.clone();
-        let mut items = vec![0; keys.len()];
-        for (&key, item) in keys.iter().zip(0..) {
-            let place = &mut next[key as usize];
-            items[*place as usize] = item;
+        let mut sorted = vec![(0, 0); starts[2 * corners_per_part] as usize];
+        for &[side, higher, edge] in edges {
+            let place = &mut next[side as usize];
+            sorted[*place as usize] = (higher, edge);
             *place += 1;
         }
-        Self { starts, items }
-    }
-}
-
-/// Calls `visit` with each group of items that share a bucket and a key, in ascending item order.
-fn for_each_group<K: Ord + Copy>(
-    buckets: &Buckets,
-    key: impl Fn(u32) -> K,
-    mut visit: impl FnMut(&[(K, u32)]),
-) {
-    let mut bucket = Vec::new();
-    for bounds in buckets.starts.windows(2) {
-        bucket.clear();
-        let items = &buckets.items[bounds[0] as usize..bounds[1] as usize];
-        bucket.extend(items.iter().map(|&item| (key(item), item)));
-        bucket.sort_unstable();
-        bucket.chunk_by(|a, b| a.0 == b.0).for_each(&mut visit);
-    }
+        let mut border = Vec::new();
+        let mut sides = [Vec::new(), Vec::new()];
+        for starts in starts.windows(3).step_by(2) {
+            for (side, edges) in sides.iter_mut().enumerate() {
+                edges.clear();
+                edges.extend_from_slice(&sorted[starts[side] as usize..starts[side + 1] as usize]);
+                edges.sort_unstable();
+                // Of several triangles on one side, the first stands for all.
+                edges.dedup_by_key(|edge| edge.0);
+            }
+            for (side, other) in [(0, 1), (1, 0)] {
+                let others = &sides[other];
+                let alone = |edge: &&(u32, u32)| {
+                    others.binary_search_by_key(&edge.0, |other| other.0).is_err()
+                };
+                border.extend(sides[side].iter().filter(alone).map(|&(_, edge)| edge));
+            }
+        }
+        border
+    };
+    let mut border: Vec<u32> = map_indices(PARTS, of_part).into_iter().flatten().collect();
+    border.sort_unstable();
+    let place = |edge: u32| BoundaryEdge { face: edge / 3, corner: (edge % 3) as u8 };
+    border.into_iter().map(place).collect()
 }
 
 #[cfg(test)]

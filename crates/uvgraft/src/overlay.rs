@@ -1,5 +1,6 @@
 //! A texture prepared to be laid over a base in the other layout, band by band.
 
+use std::ops::Range;
 use std::sync::Arc;
 
 use crate::blend::{BlendMap, Gains, Smooth, ToneCorrection, ToneError};
@@ -31,6 +32,19 @@ pub struct Overlay {
     normals: Option<(Arc<NormalFrames>, NormalOptions)>,
     /// For blends: smooth colours for parts that are collapsed to lines in the source's layout.
     smooth: Option<Arc<Smooth>>,
+}
+
+/// What laying makes of the rows of a base that an overlay leaves alone: [`Overlay::conversion`].
+///
+/// Overlays with equal conversions turn equal rows into equal rows.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+pub struct BaseConversion(Formats);
+
+impl BaseConversion {
+    /// Converts rows to the format of results.
+    pub fn apply(&self, band: Texture) -> Texture {
+        self.0.restore(self.0.working(band))
+    }
 }
 
 /// What is laid over the base.
@@ -138,6 +152,25 @@ impl Overlay {
         self.resampler.map().size()
     }
 
+    /// Whether it may change texels in some rows of the target; if not, [`Overlay::lay`] only
+    /// converts them, as [`Overlay::conversion`] does.
+    ///
+    /// A tone that adapts the base may change its whole layout.
+    pub fn changes(&self, rows: Range<u32>) -> bool {
+        let resampler = &self.resampler;
+        let base = self.blend.as_ref().and_then(|(blend, gains)| blend.base_change(gains));
+        let maps = [Some(&**resampler.map()), resampler.beneath().map(|map| &**map)];
+        maps.into_iter()
+            .chain([base.map(|base| base.map)])
+            .flatten()
+            .any(|map| rows.clone().any(|row| !map.row(row).is_empty()))
+    }
+
+    /// What laying makes of rows that do not change.
+    pub fn conversion(&self) -> BaseConversion {
+        BaseConversion(self.formats)
+    }
+
     /// Lays the texture over a band of the base; row 0 of the band is row `first_row` of the
     /// target.
     ///
@@ -152,9 +185,33 @@ impl Overlay {
     pub fn lay(&self, first_row: u32, band: Texture) -> Result<Texture, BandError> {
         self.check_band(first_row, band.size())?;
         let formats = &self.formats;
+        if band.format() == formats.stored() && !formats.is_kept(band.format()) {
+            return Ok(self.lay_converted(first_row, band));
+        }
         let mut band = formats.working(band);
         self.lay_texels(first_row, band.texels_mut());
         Ok(formats.restore(band))
+    }
+
+    /// As [`Overlay::lay`], for a band that is converted to be worked on, such as normals as floats:
+    /// some rows at a time, since floats of all of it would have to go through main memory. Rows that
+    /// the map does not reach stay as they are, unless they change by being converted.
+    fn lay_converted(&self, first_row: u32, mut band: Texture) -> Texture {
+        const ROWS: u32 = 256;
+        let formats = &self.formats;
+        let keeps_rest = formats.working_encoding() == band.encoding() && self.blend.is_none();
+        let height = band.size().height;
+        for start in (0..height).step_by(ROWS as usize) {
+            let rows = start..height.min(start + ROWS);
+            let is_reached = |row: u32| !self.resampler.map().row(first_row + row).is_empty();
+            if keeps_rest && !rows.clone().any(is_reached) {
+                continue;
+            }
+            let mut part = formats.working(band.rows(rows));
+            self.lay_texels(first_row + start, part.texels_mut());
+            band.replace_rows(start, &formats.restore(part));
+        }
+        band
     }
 
     /// As [`Overlay::lay`], in memory of the caller's: `band` holds rows of the target from

@@ -42,9 +42,10 @@ pub(crate) struct Resampler {
     filter: Filter,
     map: Arc<SamplingMap>,
     paths: Paths,
-    source_rows: Range<u32>,
     /// Source tiles that the map reads.
     tiles: Tiles,
+    /// These and all from which values come, where padding is read.
+    near: Tiles,
     padding: Padding,
     beneath: Option<Beneath>,
 }
@@ -99,8 +100,7 @@ impl Resampler {
         });
         let near = reads.tiles.widened(reach);
         let padding = Padding::new(&Region::covered(from, source_size, &near), reach, &reads.tiles);
-        let source_rows = near.rows_between(source_size.height);
-        Self { filter, map, paths, source_rows, tiles: reads.tiles, padding, beneath }
+        Self { filter, map, paths, tiles: reads.tiles, near, padding, beneath }
     }
 
     /// As [`Resampler::new`], but pads everything outside a region of the source, whether
@@ -111,8 +111,8 @@ impl Resampler {
         let reads = Reads::new(&map, Some(way.pair.to(way.direction)), &paths);
         let reach = reads.reach(&map, map.patches(), region.size(), filter);
         let padding = Padding::new(region, reach, &reads.tiles);
-        let source_rows = reads.tiles.widened(reach).rows_between(paths.source().height);
-        Self { filter, map, paths, source_rows, tiles: reads.tiles, padding, beneath: None }
+        let near = reads.tiles.widened(reach);
+        Self { filter, map, paths, tiles: reads.tiles, near, padding, beneath: None }
     }
 
     /// As [`Resampler::new`], for a map of any origin: as no islands of the source are known, nothing
@@ -120,9 +120,8 @@ impl Resampler {
     pub fn of_map(map: Arc<SamplingMap>, source_size: Size, filter: Filter) -> Self {
         let paths = Paths::new(&map, source_size, filter);
         let tiles = Reads::new(&map, None, &paths).tiles;
-        let source_rows = tiles.rows_between(source_size.height);
         let padding = Padding::none(source_size);
-        Self { filter, map, paths, source_rows, tiles, padding, beneath: None }
+        Self { filter, map, paths, near: tiles.clone(), tiles, padding, beneath: None }
     }
 
     /// The sampling map.
@@ -146,7 +145,12 @@ impl Resampler {
 
     /// The source rows that results depend on; the contents of all other rows do not matter.
     pub fn source_rows(&self) -> Range<u32> {
-        self.source_rows.clone()
+        self.near.rows_between(self.paths.source().height)
+    }
+
+    /// The source tiles that results depend on; the contents of all others do not matter.
+    pub fn source_tiles(&self) -> &Tiles {
+        &self.near
     }
 
     /// The size of source textures.

@@ -26,6 +26,7 @@ use glam::{DVec3, Vec3};
 
 use crate::directions::{direction, perpendicular};
 use crate::mesh::Mesh;
+use crate::threads::map_indices;
 
 /// MikkTSpace compares the triangles around a vertex pairwise and recursively. Triangles at
 /// vertices with more corners than this get their own frame instead.
@@ -60,12 +61,10 @@ impl TangentFrames {
     pub fn new(mesh: &Mesh) -> Self {
         let welded = Welded::new(mesh);
         let normals = corner_normals(mesh, &welded);
-        let mut faces: Vec<[TangentFrame; 3]> = (0..mesh.faces().len())
-            .map(|face| {
-                let own = own_tangent(mesh, face);
-                normals[face].map(|normal| framed(normal, own))
-            })
-            .collect();
+        let mut faces = map_indices(mesh.faces().len(), |face| {
+            let own = own_tangent(mesh, face);
+            normals[face].map(|normal| framed(normal, own))
+        });
         Surface::new(mesh, &welded, &mut faces).generate();
         Self { faces }
     }
@@ -78,13 +77,11 @@ impl TangentFrames {
         let welded = Welded::new(mesh);
         let smooth = corner_normals(mesh, &welded);
         let shown = |vertex: u32| direction(dvec3(*normals.get(vertex as usize)?));
-        let mut faces: Vec<[TangentFrame; 3]> = (0..mesh.faces().len())
-            .map(|face| {
-                let own = own_tangent(mesh, face);
-                let corners = mesh.faces()[face];
-                [0, 1, 2].map(|k| framed(shown(corners[k]).unwrap_or(smooth[face][k]), own))
-            })
-            .collect();
+        let mut faces = map_indices(mesh.faces().len(), |face| {
+            let own = own_tangent(mesh, face);
+            let corners = mesh.faces()[face];
+            [0, 1, 2].map(|k| framed(shown(corners[k]).unwrap_or(smooth[face][k]), own))
+        });
         Surface::new(mesh, &welded, &mut faces).generate();
         Self { faces }
     }
@@ -152,33 +149,33 @@ pub(crate) fn corner_positions(mesh: &Mesh, face: usize) -> [DVec3; 3] {
 /// by the triangle's angle there, so that the triangulation of flat areas does not matter. Corners
 /// without one take the normal of their triangle, or else +Z.
 fn corner_normals(mesh: &Mesh, welded: &Welded) -> Vec<[DVec3; 3]> {
-    let mut sums = vec![DVec3::ZERO; welded.count];
-    let mut own = Vec::with_capacity(mesh.faces().len());
-    for (face, vertices) in welded.corners.iter().enumerate() {
+    // The unit normal of each triangle, and its angles.
+    let own: Vec<Option<(DVec3, [f64; 3])>> = map_indices(mesh.faces().len(), |face| {
         let corners = corner_positions(mesh, face);
         let [p, q] = [1, 2].map(|k| corners[k] - corners[0]);
-        let normal = direction(p.cross(q));
-        own.push(normal);
-        let Some(normal) = normal else { continue };
-        for k in 0..3 {
+        let normal = direction(p.cross(q))?;
+        let angles = [0, 1, 2].map(|k| {
             let [p, q] = [1, 2].map(|step| corners[(k + step) % 3] - corners[k]);
-            let angle = p.cross(q).length().atan2(p.dot(q));
-            sums[vertices[k] as usize] += normal * angle;
+            p.cross(q).length().atan2(p.dot(q))
+        });
+        Some((normal, angles))
+    });
+    // In the order of the triangles, so that sums do not depend on threads.
+    let mut sums = vec![DVec3::ZERO; welded.count];
+    for (vertices, own) in welded.corners.iter().zip(&own) {
+        let Some((normal, angles)) = own else { continue };
+        for (&vertex, &angle) in vertices.iter().zip(angles) {
+            sums[vertex as usize] += *normal * angle;
         }
     }
-    let smooth: Vec<Option<DVec3>> = sums
-        .into_iter()
+    let smooth = map_indices(sums.len(), |vertex| {
         // The remainder of normals that cancel out is rounding error.
-        .map(|sum| direction(sum).filter(|_| sum.length_squared() > 1e-12))
-        .collect();
-    welded
-        .corners
-        .iter()
-        .zip(own)
-        .map(|(vertices, own)| {
-            vertices.map(|vertex| smooth[vertex as usize].or(own).unwrap_or(DVec3::Z))
-        })
-        .collect()
+        direction(sums[vertex]).filter(|_| sums[vertex].length_squared() > 1e-12)
+    });
+    map_indices(own.len(), |face| {
+        let own = own[face].map(|(normal, _)| normal);
+        welded.corners[face].map(|vertex| smooth[vertex as usize].or(own).unwrap_or(DVec3::Z))
+    })
 }
 
 /// The direction of growing `u` on a triangle, and −1 if its chart is mirrored, else 1; `None` if

@@ -448,6 +448,22 @@ impl Texture {
         }
     }
 
+    /// Overwrites rows from `first_row` on with those of another texture.
+    ///
+    /// # Panics
+    /// If the other has another width or format, or too many rows.
+    pub(crate) fn replace_rows(&mut self, first_row: u32, other: &Self) {
+        assert_eq!((self.size.width, self.format()), (other.size.width, other.format()));
+        let start = first_row as usize * self.size.width as usize * self.channels.count();
+        let part = start..start + other.texels.len();
+        match (&mut self.texels, &other.texels) {
+            (Texels::U8(to), Texels::U8(from)) => to[part].copy_from_slice(from),
+            (Texels::U16(to), Texels::U16(from)) => to[part].copy_from_slice(from),
+            (Texels::F32(to), Texels::F32(from)) => to[part].copy_from_slice(from),
+            _ => unreachable!("formats were found to be the same"),
+        }
+    }
+
     /// Reinterprets the same values in another encoding.
     #[must_use]
     pub const fn with_encoding(mut self, encoding: Encoding) -> Self {

@@ -52,15 +52,14 @@ impl Harmonic {
                 diagonal[row as usize] += weight;
                 let value = given_of_point[to as usize];
                 if value == NONE {
-                    between.push((row as usize, row_of_point[to as usize] as usize, -weight));
+                    between.push((row, row_of_point[to as usize], -weight));
                 } else {
                     given.push((row, value, weight));
                 }
             }
         }
-        let mut entries: Vec<(usize, usize, f64)> =
-            diagonal.into_iter().enumerate().map(|(row, value)| (row, row, value)).collect();
-        entries.extend(between);
+        let diagonal = (0..).zip(diagonal).map(|(row, value)| (row, row, value));
+        let entries: Vec<(u32, u32, f64)> = diagonal.chain(between).collect();
         // Weights are positive and every row is connected to a given value, so the matrix is
         // positive definite.
         let factors = SparseCholesky::new(free, &entries);

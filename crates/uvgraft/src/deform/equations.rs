@@ -66,7 +66,7 @@ impl Equations {
         new
     }
 
-    pub const fn is_sound(&self) -> bool {
+    pub fn is_sound(&self) -> bool {
         self.factors.is_sound()
     }
 
@@ -100,15 +100,15 @@ impl Equations {
     }
 
     /// The matrix.
-    fn entries(&self, screen: &Screen<'_>) -> Vec<(usize, usize, f64)> {
+    fn entries(&self, screen: &Screen<'_>) -> Vec<(u32, u32, f64)> {
         const WHOLE: [Sample; 1] =
             [Sample { source: 0, share: 1.0, at: [1.0 / 3.0; 3], from: [0.0; 3] }];
         let mut entries = Vec::with_capacity(self.triangles.len() * 18);
         // Points of which nothing else is known.
         let least = self.masses.iter().sum::<f64>() / self.masses.len().max(1) as f64 * 1e-9;
-        entries.extend((0..self.rows).map(|row| (row, row, least.max(f64::MIN_POSITIVE))));
+        entries.extend((0..self.rows as u32).map(|row| (row, row, least.max(f64::MIN_POSITIVE))));
         for (triangle, points) in self.triangles.iter().enumerate() {
-            let rows = points.map(|point| self.row(point));
+            let rows = points.map(|point| self.row(point).map(|row| row as u32));
             if rows.iter().all(Option::is_none) {
                 continue;
             }

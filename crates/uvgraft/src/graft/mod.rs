@@ -12,6 +12,7 @@ use std::sync::{Arc, OnceLock};
 
 use crate::blend::{Blend, BlendMap, Collapsed, EyeRims, Gains, ToneCorrection, ToneError};
 use crate::color::Encoding;
+use crate::copies;
 use crate::filter::Filter;
 use crate::fit::{FitOptions, FitProgress, FitSummary, FitSystem};
 use crate::formats::{Averaging, Formats};
@@ -20,6 +21,7 @@ use crate::normals::{NormalFrames, NormalOptions};
 use crate::operator::Operator;
 use crate::overlay::{Layer, Overlay};
 use crate::pair::{Direction, Pair};
+use crate::plan::{Plan, PlanError};
 #[cfg(doc)]
 use crate::resampler::Overlap;
 use crate::resampler::{MapInputs, Resampler};
@@ -107,6 +109,10 @@ struct Unknown {
 }
 
 impl Unknown {
+    const fn is_some(&self) -> bool {
+        self.eye_rims.is_some() || self.collapsed.is_some()
+    }
+
     fn new(blend: &Blend, map: &Arc<SamplingMap>, content: Content, from: Size) -> Self {
         if content != Content::Color || !blend.options().needs_labels() {
             return Self::default();
@@ -154,7 +160,8 @@ impl Graft {
     /// data and normals, [`Encoding::Data`]. If the blend matches tones, the tone is estimated from
     /// this texture and this base. [`Overlay::lay`] says how values are composited.
     ///
-    /// Owned textures are processed in place; borrowed ones are copied.
+    /// Owned textures are processed in place; borrowed ones are copied, textures only as far as the map
+    /// reads them.
     ///
     /// # Errors
     /// [`GraftError::Size`] if a texture has another size than the graft was made for,
@@ -174,7 +181,7 @@ impl Graft {
             Some(toning) => overlay.with_tone(toning)?,
             None => overlay,
         };
-        Ok(overlay.lay(0, self.reinterpret(base.into_owned()))?)
+        Ok(overlay.lay(0, self.reinterpret(copies::owned(base)))?)
     }
 
     /// Prepares a texture to be laid over a base of the given format, band by band. If the blend
@@ -187,7 +194,15 @@ impl Graft {
         texture: impl Into<Cow<'t, Texture>>,
         base: TexelFormat,
     ) -> Result<Overlay, GraftError> {
-        let texture = self.checked(texture.into())?;
+        let texture = texture.into();
+        self.check(&texture)?;
+        let texture = if self.blend.as_ref().is_some_and(|blend| blend.unknown.is_some()) {
+            // Also reads what the map does not.
+            copies::owned(texture)
+        } else {
+            copies::owned_in(texture, self.resampler.source_tiles())
+        };
+        let texture = self.prepared(texture);
         let formats = self.formats(texture.format(), base);
         let source = self.resampler.source(&formats, texture);
         let smooth = self.blend.as_ref().and_then(|Blending { blend, unknown, .. }| {
@@ -277,7 +292,9 @@ impl Graft {
                  non-negative",
             ));
         }
-        let texture = self.checked(texture.into())?;
+        let texture = texture.into();
+        self.check(&texture)?;
+        let texture = self.prepared(copies::owned(texture));
         let formats = self.formats(texture.format(), base);
         let system =
             self.fit.get_or_init(|| Arc::new(FitSystem::new(&way, Arc::clone(&self.resampler))));
@@ -293,6 +310,27 @@ impl Graft {
     /// The transfer as a matrix.
     pub fn operator(&self) -> Operator {
         Operator::new(Arc::clone(&self.resampler))
+    }
+
+    /// The transfer as plain numbers.
+    ///
+    /// # Errors
+    /// [`PlanError`] if it is more than sampling.
+    pub fn plan(&self) -> Result<Plan, PlanError> {
+        if self.blend.is_some() {
+            return Err(PlanError::Blend);
+        }
+        if self.frames.is_some() {
+            return Err(PlanError::Normals);
+        }
+        if self.resampler.beneath().is_some() {
+            return Err(PlanError::Average);
+        }
+        Ok(Plan {
+            resampler: Arc::clone(&self.resampler),
+            averaging: self.averaging,
+            content: self.content,
+        })
     }
 
     /// The texels that are carried, as an 8-bit grey texture: white where pieces own them, grey
@@ -401,16 +439,21 @@ impl Graft {
         }
     }
 
-    fn checked(&self, texture: Cow<'_, Texture>) -> Result<Texture, GraftError> {
-        check_size("texture", &texture, self.sizes.from)?;
+    fn check(&self, texture: &Texture) -> Result<(), GraftError> {
+        check_size("texture", texture, self.sizes.from)?;
         if self.frames.is_some() && !texture.channels().has_color() {
             return Err(GraftError::Channels { found: texture.channels() });
         }
-        let mut texture = self.reinterpret(texture.into_owned());
+        Ok(())
+    }
+
+    /// A texture as it is resampled: in the content's encoding, and with the rims of eyes.
+    fn prepared(&self, texture: Texture) -> Texture {
+        let mut texture = self.reinterpret(texture);
         if let Some(rims) = self.blend.as_ref().and_then(|blend| blend.unknown.eye_rims.as_ref()) {
             rims.fill(&mut texture);
         }
-        Ok(texture)
+        texture
     }
 
     fn make_overlay(&self, formats: Formats, layer: Layer) -> Overlay {

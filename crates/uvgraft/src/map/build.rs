@@ -1,15 +1,15 @@
 //! Building a map: patches first, then runs, in blocks of rows.
 
-use super::coverage::{LayoutTriangles, Span, Sweep, corners_px};
+use super::coverage::{LayoutTriangles, Span, Sweep};
 use super::cut::{FacePatch, FacePatches};
 use super::gutter::{Border, Winners};
 use super::gutter_rows::{GutterRows, merge};
 use super::rows::{Block, Draft, Rows};
-use super::{Affine, MapStats, Patch, Precedence, Run, SamplingMap};
+use super::{Affine, MapStats, Patch, Precedence, Run, SamplingMap, has_area};
 use crate::pair::{Direction, Oriented};
 use crate::piece::wide;
 use crate::texture::Size;
-use crate::threads::{extend_indices, join, map_indices_with};
+use crate::threads::{extend_indices, join, map_indices, map_indices_with};
 
 /// Builds a map in parallel over blocks of rows.
 ///
@@ -27,8 +27,11 @@ pub(super) fn build(
     precedence: impl FnOnce() -> Precedence + Send,
 ) -> SamplingMap {
     let to = oriented.to;
-    let (precedence, (layout, (of_faces, mut patches))) =
-        join(precedence, || (LayoutTriangles::new(to, size), linked_patches(oriented, size)));
+    let (precedence, (layout, (of_faces, mut patches))) = join(precedence, || {
+        let layout = LayoutTriangles::new(to, size);
+        let patches = linked_patches(oriented, &layout);
+        (layout, patches)
+    });
     let lost = layout.lost_edges(&precedence);
     let border = Border::new(to, precedence.islands(), &lost, size, gutter_px, &of_faces);
 
@@ -75,37 +78,46 @@ pub(super) fn build(
 }
 
 /// The patches of all pieces, in the order of their target faces, and the patches of each face.
-fn linked_patches(oriented: &Oriented<'_>, size: Size) -> (FacePatches, Vec<Patch>) {
+fn linked_patches(oriented: &Oriented<'_>, layout: &LayoutTriangles) -> (FacePatches, Vec<Patch>) {
     let Oriented { from, to, pieces } = oriented;
+    let all = pieces.all();
+    // Only the target's area is divided by. A source triangle without area is a line or a point, which
+    // still has a colour: its texels take that colour instead of staying a hole.
+    let has_area =
+        map_indices(all.len(), |index| has_area(layout.corners_px(all[index].to as usize)));
+    let numbers: Vec<u32> =
+        (0..).zip(&has_area).filter(|(_, has_area)| **has_area).map(|(number, _)| number).collect();
     let mut of_faces = FacePatches::none(to.faces().len());
-    let mut patches = Vec::with_capacity(pieces.all().len());
-    for (number, &piece) in (0..).zip(pieces.all()) {
-        // A source triangle without area is a line or a point, which still has a colour: its texels
-        // take that colour instead of staying a hole. Only the target's area is divided by.
-        let source = wide(from.uv_triangle(piece.from as usize));
-        let corners_px = corners_px(to, piece.to as usize, size);
-        let src_uv = pieces.at_corners(piece, source);
-        let Some(affine) = Affine::from_triangles(corners_px, src_uv) else { continue };
-        let (patch, jacobian) = (patches.len() as u32, affine.jacobian);
-        let part = pieces.part(piece);
-        match part {
-            None => of_faces.add_whole(piece.to, patch, corners_px, size),
-            Some(part) => of_faces.add_part(piece.to, patch, part.to, corners_px, size),
+    for (&number, patch) in numbers.iter().zip(0..) {
+        let piece = all[number as usize];
+        let corners_px = layout.corners_px(piece.to as usize);
+        match pieces.part(piece) {
+            None => of_faces.add_whole(piece.to, patch, corners_px, layout.size),
+            Some(part) => of_faces.add_part(piece.to, patch, part.to, corners_px, layout.size),
         }
-        patches.push(Patch {
+    }
+    let mut patches = Vec::new();
+    extend_indices(&mut patches, numbers.len(), |patch| {
+        let number = numbers[patch];
+        let piece = all[number as usize];
+        let source = wide(from.uv_triangle(piece.from as usize));
+        let corners_px = layout.corners_px(piece.to as usize);
+        let affine = Affine::from_triangles(corners_px, pieces.at_corners(piece, source))
+            .expect("triangles without area were left out");
+        Patch {
+            jacobian: affine.jacobian,
             src_uv_from_tgt_px: affine,
-            jacobian,
             face: piece.to,
             piece: number,
-            is_part: part.is_some(),
-        });
-    }
+            is_part: pieces.part(piece).is_some(),
+        }
+    });
     (of_faces, patches)
 }
 
 /// Shared input of all blocks.
-struct Plan<'a> {
-    layout: LayoutTriangles<'a>,
+struct Plan {
+    layout: LayoutTriangles,
     precedence: Precedence,
     border: Border,
     of_faces: FacePatches,
@@ -145,7 +157,7 @@ impl Worker {
     /// merged with the gutter.
     ///
     /// - `winners`: on the second pass, the edges of islands that won overlaps.
-    fn build(&mut self, plan: &Plan<'_>, block: usize, winners: Option<&Winners>) -> BuiltBlock {
+    fn build(&mut self, plan: &Plan, block: usize, winners: Option<&Winners>) -> BuiltBlock {
         let Self { sweep, around, runs, owned, claims } = self;
         if winners.is_some() {
             sweep.cover_all(&plan.layout, &plan.precedence, block);

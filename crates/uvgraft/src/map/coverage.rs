@@ -34,31 +34,45 @@ pub(crate) struct Span {
 
 /// The corners of a face in a texture of `size`, in texels.
 pub(crate) fn corners_px(mesh: &Mesh, face: usize, size: Size) -> [[f64; 2]; 3] {
+    in_texels(mesh.uv_triangle(face), size)
+}
+
+fn in_texels(corners_uv: [[f32; 2]; 3], size: Size) -> [[f64; 2]; 3] {
     let scale = [f64::from(size.width), f64::from(size.height)];
-    mesh.uv_triangle(face).map(|[u, v]| [f64::from(u) * scale[0], f64::from(v) * scale[1]])
+    corners_uv.map(|[u, v]| [f64::from(u) * scale[0], f64::from(v) * scale[1]])
 }
 
 /// The triangles of a layout at one size, bucketed by the blocks of rows that they touch.
-pub(crate) struct LayoutTriangles<'a> {
-    pub mesh: &'a Mesh,
+pub(crate) struct LayoutTriangles {
     pub size: Size,
-    pub blocks: RowBlocks,
+    /// Their faces and UV coordinates. These are copied, since the triangles of a block may lie anywhere
+    /// in the mesh: with a million of them, most would have to be fetched from main memory.
+    pub blocks: RowBlocks<(u32, [[f32; 2]; 3])>,
+    /// The UV coordinates of each face.
+    uv: Vec<[[f32; 2]; 3]>,
 }
 
-impl<'a> LayoutTriangles<'a> {
+impl LayoutTriangles {
     /// # Panics
     /// If `size` is not a valid texture size.
-    pub fn new(mesh: &'a Mesh, size: Size) -> Self {
+    pub fn new(mesh: &Mesh, size: Size) -> Self {
         let sides = 1..=Texture::MAX_SIDE;
         assert!(
             sides.contains(&size.width) && sides.contains(&size.height),
             "no texture of {size}"
         );
-        let rows = map_indices(mesh.faces().len(), |face| {
-            let corners = corners_px(mesh, face, size);
+        let uv = map_indices(mesh.faces().len(), |face| mesh.uv_triangle(face));
+        let rows = map_indices(uv.len(), |face| {
+            let corners = in_texels(uv[face], size);
             ScanTriangle::rows_between(corners.map(|corner| corner[1]), size.height)
         });
-        Self { mesh, size, blocks: RowBlocks::new(size.height, &rows) }
+        let blocks = RowBlocks::new(size.height, &rows, |face| (face, uv[face as usize]));
+        Self { size, blocks, uv }
+    }
+
+    /// The corners of a face, in texels.
+    pub fn corners_px(&self, face: usize) -> [[f64; 2]; 3] {
+        in_texels(self.uv[face], self.size)
     }
 
     /// The triangles that may own texels of a block, with their faces, in ascending order of faces.
@@ -69,8 +83,8 @@ impl<'a> LayoutTriangles<'a> {
         block: usize,
         needed: impl Fn(Range<f64>) -> bool,
     ) -> impl Iterator<Item = (u32, ScanTriangle)> {
-        self.blocks.items(block).iter().filter_map(move |&face| {
-            let corners = corners_px(self.mesh, face as usize, self.size);
+        self.blocks.items(block).iter().filter_map(move |&(face, uv)| {
+            let corners = in_texels(uv, self.size);
             let [a, b, c] = corners.map(|corner| corner[0]);
             if !needed(a.min(b).min(c)..a.max(b).max(c)) {
                 return None;
@@ -81,7 +95,7 @@ impl<'a> LayoutTriangles<'a> {
 }
 
 impl Coverage {
-    pub fn new(layout: &LayoutTriangles<'_>, precedence: &Precedence) -> Self {
+    pub fn new(layout: &LayoutTriangles, precedence: &Precedence) -> Self {
         let size = layout.size;
         let sweep = || Sweep::new(size.width);
         let blocks = map_indices_with(layout.blocks.count(), sweep, |sweep, block| {
@@ -171,7 +185,7 @@ impl Sweep {
     /// which need all faces.
     pub fn cover(
         &mut self,
-        layout: &LayoutTriangles<'_>,
+        layout: &LayoutTriangles,
         precedence: &Precedence,
         block: usize,
         needed: impl Fn(u32) -> bool,
@@ -197,12 +211,7 @@ impl Sweep {
     }
 
     /// Finds the owners of the texels in a block, with overlaps and all faces.
-    pub fn cover_all(
-        &mut self,
-        layout: &LayoutTriangles<'_>,
-        precedence: &Precedence,
-        block: usize,
-    ) {
+    pub fn cover_all(&mut self, layout: &LayoutTriangles, precedence: &Precedence, block: usize) {
         self.clear();
         let rows = layout.blocks.rows(block);
         for (face, triangle) in layout.triangles(block, |_| true) {

@@ -162,7 +162,7 @@ pub(super) struct Border {
     /// where no linked edge is near, the others need not be checked.
     pub edges: Vec<Edge>,
     pub linked: usize,
-    pub blocks: RowBlocks,
+    pub blocks: RowBlocks<u32>,
 }
 
 impl Border {
@@ -212,7 +212,13 @@ impl Border {
         } else {
             edges.iter().map(|edge| edge.rows.clone()).collect()
         };
-        Self { size, radius, linked, blocks: RowBlocks::new(size.height, &reached), edges }
+        Self {
+            size,
+            radius,
+            linked,
+            blocks: RowBlocks::new(size.height, &reached, |index| index),
+            edges,
+        }
     }
 
     /// Number of gutter patches: one for each zone of each linked edge.
@@ -242,14 +248,14 @@ impl Border {
             (0..).zip(&self.edges).filter(|(_, edge)| wins(edge)).map(|(index, _)| index).collect();
         let rows = |&edge: &u32| self.edges[edge as usize].reach(1, FRINGE_PX, self.size.height);
         let rows: Vec<Range<u32>> = edges.iter().map(rows).collect();
-        Winners { blocks: RowBlocks::new(self.size.height, &rows), edges, clashes }
+        Winners { blocks: RowBlocks::new(self.size.height, &rows, |index| index), edges, clashes }
     }
 }
 
 /// Edges of islands that won an overlap, bucketed by the rows that their fringes reach.
 pub(super) struct Winners {
     pub edges: Vec<u32>,
-    pub blocks: RowBlocks,
+    pub blocks: RowBlocks<u32>,
     pub clashes: Vec<(u32, u32)>,
 }
 

@@ -1,10 +1,10 @@
 //! Boundary edges of islands whose inner side belongs to another island.
 
-use super::coverage::{Coverage, LayoutTriangles, corners_px};
+use super::coverage::{Coverage, LayoutTriangles};
 use super::precedence::Precedence;
 use crate::threads::map_indices;
 
-impl LayoutTriangles<'_> {
+impl LayoutTriangles {
     /// For each boundary edge, whether another island owns the texels on its inner side, so that a
     /// gutter along the edge would show an island that is itself hidden.
     ///
@@ -22,7 +22,7 @@ impl LayoutTriangles<'_> {
         map_indices(border.len(), |index| {
             let edge = border[index];
             let island = precedence.of_faces()[edge.face as usize];
-            let corners = corners_px(self.mesh, edge.face as usize, self.size);
+            let corners = self.corners_px(edge.face as usize);
             let corners = [0, 1, 2].map(|k| corners[(usize::from(edge.corner) + k) % 3]);
             let wins = |owner: u32| coverage.clashes.binary_search(&(owner, island)).is_ok();
             // The texel itself or one of its neighbours, because of the winner's fringe.

@@ -141,9 +141,8 @@ impl Affine {
     /// The affine map from three target points to three source points; `None` if the target
     /// points are collinear.
     fn from_triangles(tgt_px: [[f64; 2]; 3], src_uv: [[f64; 2]; 3]) -> Option<Self> {
-        let [p, q] = [1, 2].map(|k| [tgt_px[k][0] - tgt_px[0][0], tgt_px[k][1] - tgt_px[0][1]]);
+        let ([p, q], determinant) = sides(tgt_px);
         let [s, t] = [1, 2].map(|k| [src_uv[k][0] - src_uv[0][0], src_uv[k][1] - src_uv[0][1]]);
-        let determinant = p[0] * q[1] - p[1] * q[0];
         if determinant == 0.0 {
             return None;
         }
@@ -182,6 +181,17 @@ impl Affine {
         let origin_uv = self.at([from[0] + shift[0], from[1] + shift[1]]);
         Self { origin_px: from, origin_uv, jacobian }
     }
+}
+
+/// Two sides of a triangle, and their determinant.
+fn sides(tgt_px: [[f64; 2]; 3]) -> ([[f64; 2]; 2], f64) {
+    let [p, q] = [1, 2].map(|k| [tgt_px[k][0] - tgt_px[0][0], tgt_px[k][1] - tgt_px[0][1]]);
+    ([p, q], p[0] * q[1] - p[1] * q[0])
+}
+
+/// Whether [`Affine::from_triangles`] has a map for a target triangle.
+fn has_area(tgt_px: [[f64; 2]; 3]) -> bool {
+    sides(tgt_px).1 != 0.0
 }
 
 impl SamplingMap {

@@ -78,15 +78,17 @@ impl<T: Clone> Draft<T> {
 }
 
 /// Items bucketed by the blocks of rows that they touch, with a counting sort.
-pub(crate) struct RowBlocks {
+pub(crate) struct RowBlocks<T> {
     starts: Vec<u32>,
-    items: Vec<u32>,
+    items: Vec<T>,
     height: u32,
 }
 
-impl RowBlocks {
-    /// Buckets the items `0..rows.len()` by the rows that each touches.
-    pub fn new(height: u32, rows: &[Range<u32>]) -> Self {
+impl<T: Copy + Default> RowBlocks<T> {
+    /// Buckets items by the rows that each touches.
+    ///
+    /// - `item`: the item with an index of `rows`.
+    pub fn new(height: u32, rows: &[Range<u32>], item: impl Fn(u32) -> T) -> Self {
         let blocks = |rows: &Range<u32>| {
             let last = rows.end.min(height).saturating_sub(1) / BLOCK_ROWS;
             if rows.start < rows.end.min(height) { rows.start / BLOCK_ROWS..last + 1 } else { 0..0 }
@@ -99,10 +101,10 @@ impl RowBlocks {
             starts[block] += starts[block - 1];
         }
         let mut next = starts.clone();
-        let mut items = vec![0; starts.last().copied().unwrap_or(0) as usize];
-        for (item, rows) in rows.iter().enumerate() {
+        let mut items = vec![T::default(); starts.last().copied().unwrap_or(0) as usize];
+        for (index, rows) in (0..).zip(rows) {
             for block in blocks(rows) {
-                items[next[block as usize] as usize] = item as u32;
+                items[next[block as usize] as usize] = item(index);
                 next[block as usize] += 1;
             }
         }
@@ -119,8 +121,8 @@ impl RowBlocks {
         first..(first + BLOCK_ROWS).min(self.height)
     }
 
-    /// The items of a block, in ascending order.
-    pub fn items(&self, block: usize) -> &[u32] {
+    /// The items of a block, in their order.
+    pub fn items(&self, block: usize) -> &[T] {
         &self.items[self.starts[block] as usize..self.starts[block + 1] as usize]
     }
 }
@@ -154,7 +156,7 @@ mod tests {
     #[test]
     fn items_are_in_each_block_that_they_touch() {
         let rows = [0..1, 15..17, 5..5, 20..99, 16..32, 33..40];
-        let blocks = RowBlocks::new(40, &rows);
+        let blocks = RowBlocks::new(40, &rows, |index| index);
         assert_eq!(blocks.count(), 3);
         assert_eq!(blocks.items(0), [0, 1]);
         assert_eq!(blocks.items(1), [1, 3, 4]);

@@ -27,7 +27,7 @@ use crate::pair::{Direction, Oriented, Pair};
 use crate::piece::{FacePiece, mixed, wide};
 use crate::tangents::{TangentFrame, TangentFrames};
 use crate::texture::{Channels, Size};
-use crate::threads::{for_each_chunk, join};
+use crate::threads::{for_each_chunk, join, map_indices};
 
 /// Reorients normals from one layout to another, for one pair and direction. Computed once,
 /// and valid for maps of any size.
@@ -52,10 +52,12 @@ impl NormalFrames {
     /// are negated: the front of one is the back of the other.
     pub fn new(pair: &Pair, direction: Direction) -> Self {
         let oriented = pair.oriented(direction);
-        let (from, to) =
-            join(|| TangentFrames::new(oriented.from), || TangentFrames::new(oriented.to));
-        let pose = Pose::new(&oriented);
-        let pieces = oriented.pieces.all().iter().map(|&piece| {
+        let ((from, to), pose) = join(
+            || join(|| TangentFrames::new(oriented.from), || TangentFrames::new(oriented.to)),
+            || Pose::new(&oriented),
+        );
+        let pieces = map_indices(oriented.pieces.all().len(), |index| {
+            let piece = oriented.pieces.all()[index];
             let source = posed(&pose, &oriented, piece, &from.faces()[piece.from as usize]);
             let target = &to.faces()[piece.to as usize];
             let tgt_uv = wide(oriented.to.uv_triangle(piece.to as usize));
@@ -65,7 +67,7 @@ impl NormalFrames {
             let target = frames_at(target, |values| oriented.pieces.outline(piece, values));
             PieceFrames::new(oriented.pieces.outline(piece, tgt_uv), source, &target)
         });
-        Self { direction, pieces: pieces.collect() }
+        Self { direction, pieces }
     }
 
     /// Reorients the normals of a band of rows in place. The band holds texels already resampled

@@ -25,9 +25,9 @@ pub(super) struct Pose {
 impl Pose {
     pub fn new(oriented: &Oriented<'_>) -> Self {
         let (from, to) = (oriented.from, oriented.to);
-        let mut around = vec![Correlation::NONE; to.positions().len()];
-        let mut all = Correlation::NONE;
-        for &piece in oriented.pieces.all() {
+        let pieces = oriented.pieces.all();
+        let sums = map_indices(pieces.len(), |index| {
+            let piece = pieces[index];
             // Use the piece's mapping extrapolated to the whole face, weighted by the piece's share
             // of the area, so the result does not depend on where faces are cut.
             let source = corner_positions(from, piece.from as usize);
@@ -39,11 +39,15 @@ impl Pose {
                 let next = (k + 1) % 3;
                 sum.add(source[next] - source[k], target[next] - target[k]);
             }
-            let sum = sum.scaled(oriented.pieces.share(piece));
+            sum.scaled(oriented.pieces.share(piece))
+        });
+        let mut around = vec![Correlation::NONE; to.positions().len()];
+        let mut all = Correlation::NONE;
+        for (piece, sum) in pieces.iter().zip(&sums) {
             for vertex in to.faces()[piece.to as usize] {
-                around[vertex as usize].add_all(&sum);
+                around[vertex as usize].add_all(sum);
             }
-            all.add_all(&sum);
+            all.add_all(sum);
         }
         let is_mirrored = all.mirrored().rotation().1 > MIRRORED * all.rotation().1;
         let flat = |sum: &Correlation| if is_mirrored { sum.mirrored() } else { *sum };

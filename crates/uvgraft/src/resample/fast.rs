@@ -6,11 +6,11 @@
 
 use fearless_simd::{Level, Simd, SimdInto, f32x4};
 
-use super::position::containing;
 use super::prefetch::prefetch;
+use super::stretch::Job;
 use super::window::{self, LANES, MAX_VALUES, Weights};
 use super::windows::{BATCH, Windows};
-use super::{Paths, ROWS, Walk, bytes, load, store};
+use super::{Paths, ROWS, Walk, bytes, composite, nearest};
 use crate::filter::{Bilinear, CatmullRom, Filter, Lanczos3, MAX_TAPS, Taps};
 use crate::map::SamplingMap;
 use crate::simd::dispatch;
@@ -52,9 +52,9 @@ pub(crate) fn resample<T: Value, const C: usize, const ALPHA: bool>(
         let first_row = first_row + (chunk * ROWS) as u32;
         match paths.filter {
             Filter::Nearest => {
-                for_each_run::<T, C>(map, paths, first_row, rows, |walk, texels| {
-                    nearest::<T, C, ALPHA>(source, walk, texels);
-                });
+                let job = Job { map, paths, source: source.values };
+                dispatch!(level, simd =>
+                    nearest::fill::<_, T, C, ALPHA>(simd, &job, first_row, rows));
             }
             Filter::Bilinear => dispatch!(level, simd =>
                 smooth::<_, T, C, ALPHA, Bilinear>(simd, map, paths, source, first_row, rows)),
@@ -83,22 +83,6 @@ fn for_each_run<T: Value, const C: usize>(
             let texels = &mut target[run.x as usize * C..][..run.len as usize * C];
             fill(&paths.walk(row, run), texels);
         }
-    }
-}
-
-fn nearest<T: Value, const C: usize, const ALPHA: bool>(
-    source: Source<'_, T>,
-    walk: &Walk<'_>,
-    texels: &mut [T],
-) {
-    let last = [source.size.width - 1, source.size.height - 1].map(i64::from);
-    let width = source.size.width as usize;
-    for (k, texel) in (0..).zip(texels.chunks_exact_mut(C)) {
-        let centre = walk.centre(k);
-        let [x, y] = [0, 1].map(|axis| containing(centre[axis].clamp(0, last[axis] << 32)));
-        let index = y as usize * width + x as usize;
-        let levels = load::<T, C, ALPHA>(&source.values[index * C..][..C]);
-        store::<T, C, ALPHA>(levels, texel);
     }
 }
 
@@ -212,10 +196,7 @@ impl<T: Value> Batch<T> {
             }
         }
         if ALPHA {
-            for (levels, texel) in self.sums.iter().zip(texels.chunks_exact_mut(C)) {
-                store::<T, C, ALPHA>(std::array::from_fn(|channel| levels[channel]), texel);
-            }
-            return;
+            return composite::store_all::<S, T, C>(simd, &self.sums[..count], texels);
         }
         for (value, level) in self.values.iter_mut().zip(self.sums[..count].as_flattened()) {
             *value = T::from_level(*level);

@@ -6,211 +6,23 @@
 
 pub(crate) mod adjoint;
 mod bytes;
+mod composite;
 pub(crate) mod fast;
+mod nearest;
+mod path;
 pub(crate) mod position;
 mod prefetch;
 pub(crate) mod reads;
 pub mod reference;
+mod stretch;
 mod window;
 mod windows;
 
-use self::position::{TEXEL, containing, from_texels};
-use self::prefetch::prefetch;
-use crate::filter::Filter;
-use crate::map::{Patch, Run, SamplingMap};
-use crate::texture::{Size, Value};
-use crate::threads::map_indices;
-
-/// Maximum number of samples per texel and axis under minification, and maximum number of source
-/// texels that they spread over. Texels that span more belong to slivers or to thumbnails.
-const MAX_SAMPLES: f64 = 32.0;
+pub(crate) use self::path::{Paths, Walk};
+use crate::texture::Value;
 
 /// Target rows per work item.
 const ROWS: usize = 16;
-
-/// Source positions of all patches of a map, for one source size and filter. Shared by all kernels:
-/// they may differ in how they read texels, never in which ones.
-#[derive(Debug, Clone)]
-pub(crate) struct Paths {
-    source: Size,
-    filter: Filter,
-    patches: Vec<Path>,
-}
-
-/// A patch's map and footprint in the source, in the fixed-point positions of [`position`].
-#[derive(Debug, Clone, Copy)]
-#[repr(align(128))]
-struct Path {
-    /// The target texel that contains the origin of the patch's map.
-    px: [i32; 2],
-    /// Source position of its centre.
-    origin: [i64; 2],
-    /// Derivatives, indexed by source axis, then target axis.
-    slope: [[i64; 2]; 2],
-    samples: [u32; 2],
-    first_sample: [i64; 2],
-    sample_steps: [[i64; 2]; 2],
-    /// Maximum distance from a texel's position to the outer edge of its samples' windows, along
-    /// the source's x and y.
-    reach: [i64; 2],
-}
-
-impl Path {
-    fn new(patch: &Patch, source: Size, filter: Filter) -> Self {
-        let scale = [f64::from(source.width), f64::from(source.height)];
-        let affine = &patch.src_uv_from_tgt_px;
-        // Casts saturate; patches so far off own no texel.
-        let px = affine.origin_px.map(|px| px.floor() as i32);
-        let centre = affine.at(px.map(|px| f64::from(px) + 0.5));
-        let (samples, steps) = footprint(patch, scale, filter);
-        let offset = |k: usize| 0.5 * f64::from(samples[k] - 1);
-        let by_axis = |value: &dyn Fn(usize) -> f64| [0, 1].map(|axis| from_texels(value(axis)));
-        Self {
-            px,
-            origin: by_axis(&|axis| centre[axis] * scale[axis]),
-            slope: [0, 1]
-                .map(|axis| affine.jacobian[axis].map(|slope| from_texels(slope * scale[axis]))),
-            samples,
-            first_sample: by_axis(&|axis| -offset(0) * steps[0][axis] - offset(1) * steps[1][axis]),
-            sample_steps: steps.map(|step| step.map(from_texels)),
-            // Half a window, and a texel more, which exceeds any rounding error.
-            reach: by_axis(&|axis| {
-                let spread = offset(0) * steps[0][axis].abs() + offset(1) * steps[1][axis].abs();
-                spread + filter.taps() as f64 * 0.5 + 1.0
-            }),
-        }
-    }
-}
-
-impl Paths {
-    pub fn new(map: &SamplingMap, source: Size, filter: Filter) -> Self {
-        let path = |patch: usize| Path::new(&map.patches()[patch], source, filter);
-        Self { source, filter, patches: map_indices(map.patches().len(), path) }
-    }
-
-    /// The source's size.
-    pub fn source(&self) -> Size {
-        self.source
-    }
-
-    /// Prefetches the path of the run after the next.
-    #[inline(always)]
-    fn prefetch(&self, runs: &[Run], index: usize) {
-        if let Some(run) = runs.get(index + 2) {
-            prefetch(&self.patches, run.patch as isize);
-        }
-    }
-
-    /// The sample positions of one run.
-    #[inline(always)]
-    pub fn walk(&self, row: u32, run: Run) -> Walk<'_> {
-        let path = &self.patches[run.patch as usize];
-        let x = i64::from(run.x) - i64::from(path.px[0]);
-        let y = i64::from(row) - i64::from(path.px[1]);
-        let start = [0, 1].map(|axis| {
-            let [by_x, by_y] = path.slope[axis].map(i128::from);
-            // On thin triangles both products may lie far outside the texture although
-            // their sum does not.
-            let start = i128::from(path.origin[axis]) + by_x * i128::from(x) + by_y * i128::from(y);
-            start.clamp(i64::MIN.into(), i64::MAX.into()) as i64
-        });
-        Walk { start, path }
-    }
-}
-
-/// Source positions of the samples of one run.
-#[derive(Debug, Clone, Copy)]
-pub(crate) struct Walk<'a> {
-    start: [i64; 2],
-    path: &'a Path,
-}
-
-impl Walk<'_> {
-    /// Number of samples per texel along the target's x and y.
-    #[inline(always)]
-    pub fn samples(&self) -> [u32; 2] {
-        self.path.samples
-    }
-
-    /// Step in source position from one texel to the next.
-    #[inline(always)]
-    pub fn step(&self) -> [i64; 2] {
-        self.path.slope.map(|[by_x, _]| by_x)
-    }
-
-    /// Offset, in values of the source, from a value of a window to the values that the windows a
-    /// few target rows later are the first to read; for [`prefetch()`].
-    ///
-    /// - `stride`: values per source row, with `channels` values per texel.
-    #[inline(always)]
-    fn ahead(&self, stride: usize, channels: usize, taps: usize) -> isize {
-        let [x, y] = self
-            .path
-            .slope
-            .map(|[_, by_y]| containing(by_y.wrapping_mul(prefetch::ROWS_AHEAD)) as isize);
-        // Windows that move down reach new rows at their lower end, others at their upper end.
-        let below = if y > 0 { taps as isize - 1 } else { 0 };
-        let rows = y.wrapping_add(below).wrapping_mul(stride as isize);
-        rows.wrapping_add(x.wrapping_mul(channels as isize))
-    }
-
-    /// Source position of the centre of the run's texel `k`.
-    #[inline(always)]
-    pub fn centre(&self, k: u32) -> [i64; 2] {
-        [0, 1].map(|axis| {
-            self.start[axis].saturating_add(self.step()[axis].saturating_mul(i64::from(k)))
-        })
-    }
-
-    /// Source position of sample `(a, b)` of the run's texel `k`.
-    #[inline(always)]
-    pub fn sample(&self, k: u32, a: u32, b: u32) -> [i64; 2] {
-        let Path { first_sample, sample_steps: [by_a, by_b], .. } = self.path;
-        let centre = self.centre(k);
-        // Steps are no larger than textures, so only the centre may overflow the sum.
-        [0, 1].map(|axis| {
-            let offset = first_sample[axis] + i64::from(a) * by_a[axis] + i64::from(b) * by_b[axis];
-            centre[axis].saturating_add(offset)
-        })
-    }
-
-    /// Maximum distance from a texel's position to the outer edge of its samples' windows, along
-    /// the source's x and y.
-    pub fn reach(&self) -> [i64; 2] {
-        self.path.reach
-    }
-
-    /// Whether the windows of all samples of the run's first `count` texels lie inside the source.
-    /// Positions along a run are collinear, so checking both ends suffices.
-    #[inline(always)]
-    pub fn stays_inside(&self, count: u32, source: Size) -> bool {
-        let ends = [self.start, self.centre(count - 1)];
-        let size = [source.width, source.height];
-        (0..2).all(|axis| {
-            let least = self.path.reach[axis];
-            let most = i64::from(size[axis]) * TEXEL - least;
-            ends.iter().all(|end| (least..most).contains(&end[axis]))
-        })
-    }
-}
-
-/// The number of samples per texel on each target axis, and the source offsets between them. With
-/// `length` source texels spanned along an axis, there are `round(length)` samples: a source about
-/// as dense as the target stays sharp, a denser one is averaged instead of aliasing.
-fn footprint(patch: &Patch, scale: [f64; 2], filter: Filter) -> ([u32; 2], [[f64; 2]; 2]) {
-    if filter == Filter::Nearest {
-        return ([1, 1], [[0.0; 2]; 2]);
-    }
-    let (mut samples, mut steps) = ([1, 1], [[0.0; 2]; 2]);
-    for axis in 0..2 {
-        let span = [0, 1].map(|k| patch.jacobian[k][axis] * scale[k]);
-        let length = span[0].hypot(span[1]);
-        samples[axis] = length.round().clamp(1.0, MAX_SAMPLES) as u32;
-        steps[axis] =
-            span.map(|component| component / f64::from(samples[axis]).max(length / MAX_SAMPLES));
-    }
-    (samples, steps)
-}
 
 /// Reads a texel as levels; with `ALPHA` the last channel is alpha and colours are premultiplied.
 #[inline(always)]
@@ -259,13 +71,18 @@ pub(crate) fn store<T: Value, const C: usize, const ALPHA: bool>(
 
 #[cfg(test)]
 mod tests {
-    use fearless_simd::{Level, Simd};
+    use fearless_simd::Level;
+    #[cfg(target_arch = "x86_64")]
+    use fearless_simd::Simd;
 
+    use super::position::from_texels;
     use super::*;
-    use crate::map::MapOptions;
+    use crate::filter::Filter;
+    use crate::map::{MapOptions, SamplingMap};
     use crate::mesh::Mesh;
     use crate::pair::{Direction, Pair};
     use crate::piece::Piece;
+    use crate::texture::Size;
 
     /// Triangles scattered over both layouts: some steep, some minified, many beyond the edge.
     fn map(seed: u64, size: Size) -> SamplingMap {
@@ -293,7 +110,11 @@ mod tests {
     fn levels() -> Vec<Level> {
         let best = Level::new();
         #[cfg(target_arch = "x86_64")]
-        let levels = [best.as_avx2().map(Simd::level), best.as_sse2().map(Simd::level)];
+        let levels = [
+            best.as_avx512().map(Simd::level),
+            best.as_avx2().map(Simd::level),
+            best.as_sse2().map(Simd::level),
+        ];
         #[cfg(not(target_arch = "x86_64"))]
         let levels = [Some(best)];
         levels.into_iter().flatten().collect()
@@ -310,6 +131,9 @@ mod tests {
             (5, Size::new(64, 80), Size::new(700, 61)),
             // Hundreds of samples per texel.
             (6, Size::new(900, 700), Size::new(40, 31)),
+            // A single texel, and a texture no larger than the margins of runs inside.
+            (7, Size::new(1, 1), Size::new(50, 40)),
+            (8, Size::new(5, 300), Size::new(64, 45)),
         ] {
             let map = map(seed, size);
             let source: Vec<T> = (0..source_size.texels() * C).map(|_| value(&mut rng)).collect();

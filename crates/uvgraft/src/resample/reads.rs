@@ -2,8 +2,8 @@
 
 use std::ops::Range;
 
+use super::path::{Paths, footprint};
 use super::position::in_texels;
-use super::{Path, Paths, footprint};
 use crate::bits;
 use crate::filter::Filter;
 use crate::map::{FAR_PX, Patch, SamplingMap, Tiles, corners_px};
@@ -35,23 +35,23 @@ impl Reads {
         let source = paths.source;
         // No texel is farther from its triangle than the map extrapolates, so its source position
         // is within this distance of the bounding box of the triangle's corners.
-        let margin = |path: &Path, axis: usize| {
-            let [x, y] = path.slope[axis].map(in_texels);
-            map.reach_px() * x.hypot(y) + in_texels(path.reach[axis])
+        let margin = |patch: usize, axis: usize| {
+            let [x, y] = paths.slope(patch)[axis].map(in_texels);
+            map.reach_px() * x.hypot(y) + in_texels(paths.reach(patch)[axis])
         };
         let linked = map.linked_patches();
         let boxes = map_indices(linked.len(), |index| {
-            let (path, patch) = (&paths.patches[index], &linked[index]);
+            let patch = &linked[index];
             // The map of a part may extrapolate to positions far off at the corners of the face.
             let target = target.filter(|_| !patch.is_part)?;
             let corners = corners_px(target, patch.face as usize, map.size());
             let is_near = corners.as_flattened().iter().all(|px| px.abs() < FAR_PX);
-            let has_box = is_near && (0..2).all(|axis| margin(path, axis) < MAX_MARGIN_PX);
+            let has_box = is_near && (0..2).all(|axis| margin(index, axis) < MAX_MARGIN_PX);
             has_box.then(|| {
                 let corners = corners.map(|corner| patch.src_uv_from_tgt_px.at(corner));
                 [(0, source.width), (1, source.height)].map(|(axis, count)| {
                     let corners = corners.map(|corner| corner[axis] * f64::from(count));
-                    around(corners, margin(path, axis), count)
+                    around(corners, margin(index, axis), count)
                 })
             })
         });

@@ -40,8 +40,10 @@ impl Windows {
         (a, b): (u32, u32),
     ) {
         let width = i32x8::splat(simd, source.width as i32);
-        let start = walk.sample(first as u32, a, b).map(|at| at - before_window(F::TAPS));
-        let [mut x_line, mut y_line] = [0, 1].map(|k| Line::new(simd, start[k], walk.step()[k]));
+        // A closure for both axes would not be inlined.
+        let ([x, y], [step_x, step_y]) = (walk.sample(first as u32, a, b), walk.step());
+        let mut x_line = Line::new(simd, x - before_window(F::TAPS), step_x);
+        let mut y_line = Line::new(simd, y - before_window(F::TAPS), step_y);
         for group in (0..count).step_by(GROUP) {
             let (x, fraction) = x_line.split();
             fraction.store_slice(&mut self.fraction[0][group..][..GROUP]);

@@ -7,10 +7,9 @@
 //! deformation methods", 2008. Coordinates are independent, so there is one unknown a point.
 
 use glam::DVec3;
-use nalgebra_sparse::factorization::CscCholesky;
-use nalgebra_sparse::{CooMatrix, CscMatrix};
 
 use super::shape::Shape;
+use crate::sparse::{Matrix, Order, SparseCholesky};
 
 /// A sum of points that should come to a place: indices and weights, and where to.
 #[derive(Debug, Clone)]
@@ -35,9 +34,9 @@ const LEAST: f64 = 1e-6;
 #[derive(Debug)]
 pub(crate) struct Equations {
     masses: Vec<f64>,
-    laplacian: CscMatrix<f64>,
-    bilaplacian: CscMatrix<f64>,
-    permuted: Vec<usize>,
+    laplacian: Matrix,
+    bilaplacian: Matrix,
+    order: Order,
 }
 
 impl Equations {
@@ -50,23 +49,10 @@ impl Equations {
             *mass = mass.max(LEAST_MASS * mean).max(f64::MIN_POSITIVE);
         }
         let laplacian = laplacian(rest);
-        let mut scaled = laplacian.clone();
-        for mut column in scaled.col_iter_mut() {
-            let (rows, values) = column.rows_and_values_mut();
-            for (&row, value) in rows.iter().zip(values) {
-                *value /= masses[row];
-            }
-        }
-        let bilaplacian = &laplacian * &scaled;
-        let order = amd::order(
-            masses.len(),
-            bilaplacian.col_offsets(),
-            bilaplacian.row_indices(),
-            &amd::Control::default(),
-        );
-        let permuted =
-            order.map_or_else(|_| (0..masses.len()).collect(), |(_, inverse, _)| inverse);
-        Self { masses, laplacian, bilaplacian, permuted }
+        let bilaplacian = bilaplacian(&laplacian, &masses);
+        let places = bilaplacian.entries().map(|(row, column, _)| (row, column));
+        let order = Order::new(masses.len(), places);
+        Self { masses, laplacian, bilaplacian, order }
     }
 
     pub fn masses(&self) -> &[f64] {
@@ -76,13 +62,11 @@ impl Equations {
     /// Factorises for one stiffness, with every point's weight equal to its mass.
     pub fn factorise(&self, stiffness: Stiffness) -> Option<Factors<'_>> {
         let mut entries = self.stiff(stiffness);
-        for (row, &mass) in self.masses.iter().enumerate() {
-            entries.push(self.permuted[row], self.permuted[row], mass);
-        }
-        let factors = CscCholesky::factor(&CscMatrix::from(&entries)).ok()?;
+        entries.extend((0..).zip(&self.masses).map(|(row, &mass)| (row, row, mass)));
+        let factors = SparseCholesky::ordered(&self.order, &entries);
         let Stiffness { bending, membrane } = stiffness;
         let (bending, membrane) = (bending.powi(4), membrane.powi(2));
-        Some(Factors { equations: self, bending, membrane, factors })
+        factors.is_sound().then_some(Factors { equations: self, bending, membrane, factors })
     }
 
     /// Solves once, exactly: where few points have a weight, iterations are slow to move the rest.
@@ -95,38 +79,29 @@ impl Equations {
         anchors: &[Anchor],
     ) -> Option<Vec<DVec3>> {
         let mut entries = self.stiff(stiffness);
-        let permuted = &self.permuted;
-        for (row, (&mass, &weight)) in self.masses.iter().zip(weights).enumerate() {
-            entries.push(permuted[row], permuted[row], weight + LEAST * mass);
-        }
+        let own = (0..).zip(self.masses.iter().zip(weights));
+        entries.extend(own.map(|(row, (&mass, &weight))| (row, row, weight + LEAST * mass)));
         let mut right: Vec<DVec3> =
             weights.iter().zip(targets).map(|(&weight, &target)| target * weight).collect();
         for Anchor { points, weights, displacement } in anchors {
-            let points = points.map(|point| point as usize);
             for k in 0..3 {
-                right[points[k]] += *displacement * weights[k];
+                right[points[k] as usize] += *displacement * weights[k];
                 for l in 0..3 {
-                    let product = weights[k] * weights[l];
-                    entries.push(permuted[points[k]], permuted[points[l]], product);
+                    entries.push((points[k], points[l], weights[k] * weights[l]));
                 }
             }
         }
-        let factors = CscCholesky::factor(&CscMatrix::from(&entries)).ok()?;
-        let solver = Factors { equations: self, bending: 0.0, membrane: 0.0, factors };
-        Some(solver.precondition(&right))
+        solved(&SparseCholesky::ordered(&self.order, &entries), &right)
     }
 
-    /// The entries of `ℓᵦ⁴ L M⁻¹ L + ℓₘ² L`, in the order that keeps factors sparse.
-    fn stiff(&self, stiffness: Stiffness) -> CooMatrix<f64> {
-        let size = self.masses.len();
+    /// The entries of `ℓᵦ⁴ L M⁻¹ L + ℓₘ² L`.
+    fn stiff(&self, stiffness: Stiffness) -> Vec<(u32, u32, f64)> {
         let (bending, membrane) = (stiffness.bending.powi(4), stiffness.membrane.powi(2));
-        let mut entries = CooMatrix::new(size, size);
-        for (matrix, factor) in [(&self.bilaplacian, bending), (&self.laplacian, membrane)] {
-            for (row, column, value) in matrix.triplet_iter() {
-                entries.push(self.permuted[row], self.permuted[column], factor * value);
-            }
-        }
-        entries
+        let all = [(&self.bilaplacian, bending), (&self.laplacian, membrane)];
+        let entries = all.into_iter().flat_map(|(matrix, factor)| {
+            matrix.entries().map(move |(row, column, value)| (row, column, factor * value))
+        });
+        entries.collect()
     }
 }
 
@@ -135,7 +110,7 @@ pub(crate) struct Factors<'a> {
     equations: &'a Equations,
     bending: f64,
     membrane: f64,
-    factors: CscCholesky<f64>,
+    factors: SparseCholesky,
 }
 
 impl Factors<'_> {
@@ -175,7 +150,7 @@ impl Factors<'_> {
         }
         conjugate_gradients(
             apply,
-            |values| self.precondition(values),
+            |values| solved(&self.factors, values).unwrap_or_default(),
             &right,
             start,
             |step, norm| step < ITERATIONS && norm > TOLERANCE,
@@ -184,12 +159,10 @@ impl Factors<'_> {
 
     /// `(ℓᵦ⁴ L M⁻¹ L + ℓₘ² L) values`.
     fn smoothness(&self, values: &[DVec3]) -> Vec<DVec3> {
-        let product = |matrix: &CscMatrix<f64>, values: &[DVec3]| {
+        let product = |matrix: &Matrix, values: &[DVec3]| {
             let mut result = vec![DVec3::ZERO; values.len()];
-            for (column, lane) in matrix.col_iter().enumerate() {
-                for (&row, &value) in lane.row_indices().iter().zip(lane.values()) {
-                    result[row] += values[column] * value;
-                }
+            for (row, column, value) in matrix.entries() {
+                result[row as usize] += values[column as usize] * value;
             }
             result
         };
@@ -204,38 +177,11 @@ impl Factors<'_> {
         }
         result
     }
+}
 
-    /// `(L Lᵀ)⁻¹ values` with the Cholesky factor `L`. The library solves coordinate by coordinate,
-    /// and reads the factor three times for it.
-    fn precondition(&self, values: &[DVec3]) -> Vec<DVec3> {
-        let permuted = &self.equations.permuted;
-        let mut solution = vec![DVec3::ZERO; values.len()];
-        for (&at, &value) in permuted.iter().zip(values) {
-            solution[at] = value;
-        }
-        let lower = self.factors.l();
-        // Row indices ascend, so the diagonal comes first.
-        let column = |index: usize| {
-            let (offsets, rows, values) = lower.csc_data();
-            let range = offsets[index]..offsets[index + 1];
-            let (rows, values) = (&rows[range.clone()], &values[range]);
-            (values[0], rows[1..].iter().zip(&values[1..]))
-        };
-        for index in 0..solution.len() {
-            let (diagonal, below) = column(index);
-            let value = solution[index] / diagonal;
-            solution[index] = value;
-            for (&row, &factor) in below {
-                solution[row] -= value * factor;
-            }
-        }
-        for index in (0..solution.len()).rev() {
-            let (diagonal, below) = column(index);
-            let sum: DVec3 = below.map(|(&row, &factor)| solution[row] * factor).sum();
-            solution[index] = (solution[index] - sum) / diagonal;
-        }
-        permuted.iter().map(|&at| solution[at]).collect()
-    }
+fn solved(factors: &SparseCholesky, right: &[DVec3]) -> Option<Vec<DVec3>> {
+    let right: Vec<[f64; 3]> = right.iter().map(DVec3::to_array).collect();
+    Some(factors.solve(&right)?.into_iter().map(DVec3::from).collect())
 }
 
 /// Preconditioned conjugate gradients for the three coordinates at once.
@@ -281,15 +227,15 @@ fn conjugate_gradients(
 
 /// The cotangent Laplacian, positive semidefinite: weights are kept positive and bounded, so that
 /// slivers neither pull points over each other nor hold them apart.
-fn laplacian(shape: &Shape) -> CscMatrix<f64> {
+fn laplacian(shape: &Shape) -> Matrix {
     const WEIGHTS: [f64; 2] = [0.02, 4.0];
     let size = shape.points.len();
-    let mut entries = CooMatrix::new(size, size);
+    let mut entries = Vec::new();
     for triangle in 0..shape.triangles.len() {
         let corners = shape.corners(triangle);
         let points = shape.triangles[triangle];
         for k in 0..3 {
-            let (a, b) = (points[k] as usize, points[(k + 1) % 3] as usize);
+            let (a, b) = (points[k], points[(k + 1) % 3]);
             if a == b {
                 continue;
             }
@@ -298,11 +244,18 @@ fn laplacian(shape: &Shape) -> CscMatrix<f64> {
             let area = one.cross(other).length();
             let cotangent = if area > 0.0 { one.dot(other) / area } else { WEIGHTS[1] };
             let weight = 0.5 * cotangent.clamp(WEIGHTS[0], WEIGHTS[1]);
-            entries.push(a, a, weight);
-            entries.push(b, b, weight);
-            entries.push(a, b, -weight);
-            entries.push(b, a, -weight);
+            entries.extend([(a, a, weight), (b, b, weight), (a, b, -weight), (b, a, -weight)]);
         }
     }
-    CscMatrix::from(&entries)
+    Matrix::new(size, entries.iter().copied())
+}
+
+/// `L M⁻¹ L`.
+fn bilaplacian(laplacian: &Matrix, masses: &[f64]) -> Matrix {
+    let products = laplacian.entries().flat_map(|(between, column, value)| {
+        let scaled = value / masses[between as usize];
+        let (rows, values) = laplacian.column(between as usize);
+        rows.iter().zip(values).map(move |(&row, value)| (row, column, value * scaled))
+    });
+    Matrix::new(laplacian.columns(), products)
 }

@@ -17,6 +17,7 @@ use fearless_simd::Level;
 
 use self::weights::{WEIGHT_BITS, WholeTaps};
 use super::position::{near_texture, split};
+use super::stretch::Job;
 use super::{Paths, Walk};
 use crate::filter::{Bilinear, CatmullRom, Filter, Lanczos3};
 use crate::map::SamplingMap;
@@ -145,15 +146,6 @@ fn share([columns, rows]: [u32; 2]) -> f32 {
     1.0 / ((columns * rows) << SUM_BITS) as f32
 }
 
-/// Input shared by all work items.
-#[derive(Clone, Copy)]
-struct Job<'a> {
-    map: &'a SamplingMap,
-    paths: &'a Paths,
-    /// `[height * width * C]` values of a texture of the size that `paths` are for.
-    source: &'a [u8],
-}
-
 /// As [`super::reference::resample`] on some rows of the target, for filters with several taps.
 pub(super) fn resample<const C: usize>(
     #[cfg_attr(not(target_arch = "x86_64"), expect(unused_variables))] level: Level,
@@ -169,7 +161,7 @@ pub(super) fn resample<const C: usize>(
         let first_row = first_row + (chunk * piece) as u32;
         #[cfg(target_arch = "x86_64")]
         if let Some(avx2) = level.as_avx2() {
-            return avx2::fill::<C>(avx2, &job, first_row, rows);
+            return avx2::fill::<C>(level, avx2, &job, first_row, rows);
         }
         match paths.filter {
             Filter::Nearest => unreachable!("takes texels as they are"),
@@ -181,7 +173,7 @@ pub(super) fn resample<const C: usize>(
 }
 
 /// The path for processors without AVX2.
-fn plain<const C: usize, F: WholeTaps>(job: &Job<'_>, first_row: u32, rows: &mut [u8]) {
+fn plain<const C: usize, F: WholeTaps>(job: &Job<'_, u8>, first_row: u32, rows: &mut [u8]) {
     let size = job.paths.source;
     let width = job.map.size().width as usize * C;
     for (row, target) in (first_row..).zip(rows.chunks_mut(width)) {

@@ -10,9 +10,6 @@ pub(super) const GROUP: usize = 8;
 /// Maximum number of values in a group.
 pub(super) const GROUP_VALUES: usize = GROUP * 4;
 
-/// Maximum number of bytes read from the beginning of a row of a window.
-pub(super) const MAX_READ: usize = 32;
-
 /// Maximum number of pairs of taps on an axis.
 pub(super) const MAX_PAIRS: usize = MAX_TAPS / 2;
 

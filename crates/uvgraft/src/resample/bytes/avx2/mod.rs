@@ -2,79 +2,84 @@
 
 mod group;
 mod instructions;
-mod stretch;
+mod texels;
 mod weights;
 mod window;
 
-use fearless_simd::{Avx2, Simd};
+use fearless_simd::{Avx2, Level, Simd};
 
-use self::group::{MAX_READ, Source};
-use self::stretch::{MAX_SAMPLES, Stretch};
+use self::group::Source;
 use self::weights::VectorTaps;
+use super::weights::WholeTaps;
 use super::{Job, texel_clamped};
 use crate::filter::{Bilinear, CatmullRom, Filter, Lanczos3};
+use crate::resample::Walk;
+use crate::resample::stretch::fill_rows;
+use crate::texture::Size;
 
-/// Fills rows from `first_row` on; see [`super::resample`].
-pub(super) fn fill<const C: usize>(avx2: Avx2, job: &Job<'_>, first_row: u32, rows: &mut [u8]) {
-    match job.paths.filter {
-        Filter::Nearest => unreachable!("takes texels as they are"),
-        Filter::Bilinear => fill_with::<C, Bilinear>(avx2, job, first_row, rows),
-        Filter::CatmullRom => fill_with::<C, CatmullRom>(avx2, job, first_row, rows),
-        Filter::Lanczos3 => fill_with::<C, Lanczos3>(avx2, job, first_row, rows),
+/// Fills rows from `first_row` on; see [`super::resample`]. With AVX-512 runs are walked in its
+/// vectors.
+pub(super) fn fill<const C: usize>(
+    level: Level,
+    avx2: Avx2,
+    job: &Job<'_, u8>,
+    first_row: u32,
+    rows: &mut [u8],
+) {
+    match level.as_avx512() {
+        Some(avx512) => fill_walking::<_, C>(avx512, avx2, job, first_row, rows),
+        None => fill_walking::<_, C>(avx2, avx2, job, first_row, rows),
     }
 }
 
-/// Fills rows run by run. Texels of adjacent runs are collected in a [`Stretch`], which is filled
-/// in groups of eight, so that short runs do not waste lanes. Runs whose windows may leave the
-/// source, or with too many samples, take the scalar path.
-fn fill_with<const C: usize, F: VectorTaps>(
+fn fill_walking<S: Simd, const C: usize>(
+    simd: S,
     avx2: Avx2,
-    job: &Job<'_>,
+    job: &Job<'_, u8>,
+    first_row: u32,
+    rows: &mut [u8],
+) {
+    match job.paths.filter {
+        Filter::Nearest => unreachable!("takes texels as they are"),
+        Filter::Bilinear => fill_with::<S, C, Bilinear>(simd, avx2, job, first_row, rows),
+        Filter::CatmullRom => fill_with::<S, C, CatmullRom>(simd, avx2, job, first_row, rows),
+        Filter::Lanczos3 => fill_with::<S, C, Lanczos3>(simd, avx2, job, first_row, rows),
+    }
+}
+
+fn fill_with<S: Simd, const C: usize, F: VectorTaps>(
+    simd: S,
+    avx2: Avx2,
+    job: &Job<'_, u8>,
     first_row: u32,
     rows: &mut [u8],
 ) {
     let size = job.paths.source;
-    let stride = size.width as usize * C;
-    let source = Source { avx2, values: job.source, stride };
-    // Reads of a row may run past its end, but not past the next row, and window starts must fit 32
-    // bits.
-    let is_roomy = stride >= MAX_READ && u32::try_from(job.source.len()).is_ok();
-    let mut stretch = Stretch::new();
-    avx2.vectorize(
+    let source = Source { avx2, values: job.source, stride: size.width as usize * C };
+    simd.vectorize(
         #[inline(always)]
         || {
-            let width = job.map.size().width as usize * C;
-            for (row, target) in (first_row..).zip(rows.chunks_mut(width)) {
-                let runs = job.map.row(row);
-                for (index, &run) in runs.iter().enumerate() {
-                    job.paths.prefetch(runs, index);
-                    let walk = job.paths.walk(row, run);
-                    if is_roomy
-                        && walk.stays_inside(run.len, size)
-                        && walk.samples().iter().product::<u32>() <= MAX_SAMPLES
-                    {
-                        if !stretch.continues(run, &walk) {
-                            stretch.fill::<C, F>(&source, target);
-                            stretch.begin(run, &walk);
-                        }
-                        let mut first = 0;
-                        while first < run.len {
-                            if stretch.is_full() {
-                                stretch.fill::<C, F>(&source, target);
-                            }
-                            first += stretch.add::<C, F>(&source, &walk, first..run.len);
-                        }
-                    } else {
-                        let texels = &mut target[run.x as usize * C..][..run.len as usize * C];
-                        for (k, values) in (0..).zip(texels.chunks_exact_mut(C)) {
-                            values.copy_from_slice(&texel_clamped::<C, F>(
-                                &walk, k, job.source, size,
-                            ));
-                        }
-                    }
-                }
-                stretch.fill::<C, F>(&source, target);
-            }
+            fill_rows::<_, u8, C, F>(
+                simd,
+                job,
+                first_row,
+                rows,
+                #[inline(always)]
+                |stretch, texels| texels::fill::<C, F>(&source, stretch, texels),
+                |walk, texels| fill_clamped::<C, F>(walk, job.source, size, texels),
+            );
         },
     );
+}
+
+/// Fills the texels of a run whose windows may lie anywhere.
+fn fill_clamped<const C: usize, F: WholeTaps>(
+    walk: &Walk<'_>,
+    source: &[u8],
+    size: Size,
+    texels: &mut [u8],
+) {
+    for (k, values) in (0..).zip(texels.chunks_exact_mut(C)) {
+        values.copy_from_slice(&texel_clamped::<C, F>(walk, k, source, size));
+    }
 }

@@ -24,7 +24,7 @@ const LOADED: usize = 16;
 #[inline(always)]
 pub(super) fn windows<const C: usize, F: VectorTaps>(
     source: &Source<'_>,
-    starts: &[i32; GROUP],
+    starts: &[u32; GROUP],
     across: &F::Weights,
     down: &F::Weights,
 ) -> [i32x8<Avx2>; 4] {
@@ -36,8 +36,8 @@ pub(super) fn windows<const C: usize, F: VectorTaps>(
     let mut values = [i32x8::splat(avx2, 0); 4];
     for j in 0..4 {
         let windows = [
-            &source.values[starts[j] as u32 as usize..][..span],
-            &source.values[starts[j + 4] as u32 as usize..][..span],
+            &source.values[starts[j] as usize..][..span],
+            &source.values[starts[j + 4] as usize..][..span],
         ];
         let (across, down) = (across.of_both(avx2, j), down.of_both(avx2, j));
         for pair in 0..pairs {
