@@ -1,6 +1,7 @@
 //! Base textures: an image, a colour, or nothing.
 
 use std::borrow::Cow;
+use std::ops::Range;
 use std::path::Path;
 use std::sync::{Mutex, PoisonError};
 
@@ -204,49 +205,70 @@ impl Base {
                 let reader = reader.take().ok_or_else(|| Failure::work("the base is read once"))?;
                 Bands::File { reader: Box::new(reader), encoding: format.encoding }
             }
-            Content::Image { texture, .. } => Bands::Image { texture, next: 0, spare: None },
-            Content::Color(unit) => Bands::Color { unit: *unit, format, size: self.size, next: 0 },
+            Content::Image { .. } | Content::Color(_) => {
+                Bands::Memory { base: self, format, next: 0, spare: None }
+            }
         })
+    }
+
+    /// Whether its rows are at hand in any order and any number of times: [`Base::rows`].
+    pub(crate) fn is_in_memory(&self) -> bool {
+        !matches!(self.content, Content::File { .. })
+    }
+
+    /// Bytes of a row, in a format returned by [`Base::under`].
+    pub(crate) fn row_bytes(&self, format: TexelFormat) -> usize {
+        bytes_of(Size::new(self.size.width, 1), format) as usize
+    }
+
+    /// Some of its rows, in a format returned by [`Base::under`], unless it is decoded while it is
+    /// composited.
+    ///
+    /// - `spare`: a band to reuse.
+    pub(crate) fn rows(
+        &self,
+        rows: Range<u32>,
+        format: TexelFormat,
+        spare: Option<Texture>,
+    ) -> Result<Texture> {
+        let size = Size::new(self.size.width, rows.end - rows.start);
+        match &self.content {
+            Content::File { .. } => Err(Failure::work("the base is not in memory")),
+            Content::Image { texture, .. } => {
+                let fits =
+                    |band: &Texture| (band.size(), band.format()) == (size, texture.format());
+                Ok(match spare.filter(fits) {
+                    Some(mut band) => {
+                        band.copy_rows(texture, rows.start);
+                        band
+                    }
+                    None => texture.rows(rows),
+                })
+            }
+            Content::Color(unit) => base_color::filled(*unit, size, format).or_work(),
+        }
     }
 }
 
 /// The rows of a base, band by band.
 pub(crate) enum Bands<'a> {
     File { reader: Box<BandReader>, encoding: Encoding },
-    Image { texture: &'a Texture, next: u32, spare: Option<Texture> },
-    Color { unit: [f32; 4], format: TexelFormat, size: Size, next: u32 },
+    Memory { base: &'a Base, format: TexelFormat, next: u32, spare: Option<Texture> },
 }
 
 impl Bands<'_> {
     /// The next rows, or as many as are left; `None` after the last.
     pub(crate) fn next(&mut self, rows: u32) -> Result<Option<Texture>> {
-        let part = |next: &mut u32, height: u32| {
-            let rows = *next..(*next + rows).min(height);
-            *next = rows.end;
-            (!rows.is_empty()).then_some(rows)
-        };
         match self {
             Self::File { reader, encoding } => {
                 let band = reader.next_band(rows).or_input()?;
                 Ok(band.map(|band| band.with_encoding(*encoding)))
             }
-            Self::Image { texture, next, spare } => {
-                let Some(rows) = part(next, texture.size().height) else { return Ok(None) };
-                let size = Size::new(texture.size().width, rows.end - rows.start);
-                let fits =
-                    |band: &Texture| (band.size(), band.format()) == (size, texture.format());
-                Ok(Some(match spare.take().filter(fits) {
-                    Some(mut band) => {
-                        band.copy_rows(texture, rows.start);
-                        band
-                    }
-                    None => texture.rows(rows),
-                }))
-            }
-            Self::Color { unit, format, size, next } => {
-                let Some(rows) = part(next, size.height) else { return Ok(None) };
-                let size = Size::new(size.width, rows.end - rows.start);
-                base_color::filled(*unit, size, *format).or_work().map(Some)
+            Self::Memory { base, format, next, spare } => {
+                let rows = *next..(*next + rows).min(base.size.height);
+                *next = rows.end;
+                let band = (!rows.is_empty()).then(|| base.rows(rows, *format, spare.take()));
+                band.transpose()
             }
         }
     }
@@ -255,8 +277,7 @@ impl Bands<'_> {
     pub(crate) fn recycle(&mut self, band: Texture) {
         match self {
             Self::File { reader, .. } => reader.recycle(band),
-            Self::Image { spare, .. } => *spare = Some(band),
-            Self::Color { .. } => {}
+            Self::Memory { spare, .. } => *spare = Some(band),
         }
     }
 }

@@ -16,6 +16,7 @@ use crate::plan::Job;
 use crate::records::Records;
 use crate::shared::Shared;
 use crate::transfer::Transferred;
+use crate::unchanged::Unchanged;
 use crate::worker::TransferWorker;
 
 /// Processes all textures. Messages are reported in the order of the textures.
@@ -42,8 +43,9 @@ pub(crate) fn run(
     }
 
     // At least one byte remains: a single texture is always processed.
-    let memory =
-        Memory::new(worker.transfer.memory.saturating_sub(worker.shared.base.bytes()).max(1));
+    let unchanged = worker.shared.unchanged.as_ref().map_or(0, Unchanged::limit);
+    let common = worker.shared.base.bytes() + unchanged;
+    let memory = Memory::new(worker.transfer.memory.saturating_sub(common).max(1));
     let next = Mutex::new(0);
     let report = Mutex::new(report);
     let work = || -> Result<()> {
@@ -104,12 +106,13 @@ fn bytes_needed(job: &Job, worker: &TransferWorker<'_>) -> u64 {
     // Once as decoded and once as processed: with the channels of both, as floats if the formats
     // differ.
     let source = bytes_of(header.size, format) + header.size.texels() as u64 * 4 * value;
-    // The solver keeps at most five float textures on either side; formats other than PNG are
-    // collected before encoding.
+    // The solver keeps at most five float textures on either side; formats other than PNG
+    // and JPEG are collected before encoding.
     let values = header.size.texels() as u64 + target;
     let fit = if options.fit.is_some() { values * 4 * 4 * 5 } else { 0 };
-    let is_png = image::Format::from_path(&job.output) == Some(image::Format::Png);
-    let gathered = if is_png { 0 } else { 2 * target * 4 * value };
+    let format = image::Format::from_path(&job.output);
+    let is_streamed = matches!(format, Some(image::Format::Png | image::Format::Jpeg));
+    let gathered = if is_streamed { 0 } else { 2 * target * 4 * value };
     BANDS + source + fit + gathered
 }
 

@@ -5,15 +5,16 @@ use std::sync::atomic::{AtomicU32, Ordering};
 use std::sync::{Arc, OnceLock};
 use std::thread;
 
-use uvgraft::{Blend, Channels, FitSummary, Graft, Overlay, Size, TexelFormat, Texture};
+use uvgraft::{Blend, Channels, FitSummary, Graft, Overlay, TexelFormat, Texture};
 use uvgraft::{Depth, ToneCorrection};
 use uvgraft_io::image::{EncodeError, Format, TextureSpec, WriteError, Written};
 
-use crate::base::{Bands, bytes_of};
+use crate::base::Bands;
 use crate::blending;
 use crate::failure::{Blame, Failure, Result};
 use crate::non_finite::without_non_finite;
 use crate::observer::{Event, Observer};
+use crate::segmented::Segmented;
 use crate::shared::Shared;
 use crate::source::{OpenSource, Source};
 use crate::stream::{self, Ahead};
@@ -131,9 +132,9 @@ impl Shared {
         let formats = self.formats(call, &source, log)?;
         let bands = self.base.bands(formats.base)?;
         let (encoded, ready) = thread::scope(|scope| {
-            let row_bytes = bytes_of(Size::new(self.base.size().width, 1), formats.base) as usize;
+            let row_bytes = self.base.row_bytes(formats.base);
             let band = stream::rows_in_band(row_bytes);
-            let rows = if call.alone {
+            let rows = if call.alone && self.unchanged.is_none() {
                 Rows::Ahead(Ahead::start(scope, bands, band, row_bytes))
             } else {
                 Rows::Here(bands)
@@ -147,9 +148,15 @@ impl Shared {
                 (Ok(sink), Rows::Ahead(ahead)) => {
                     ahead.run(scope, &ready.overlay, sink, call.observer)?
                 }
-                (Ok(sink), Rows::Here(bands)) => {
-                    stream::run(bands, band, &ready.overlay, sink, call.observer)?
-                }
+                (Ok(sink), Rows::Here(bands)) => match (&self.unchanged, sink.segments()) {
+                    (Some(unchanged), Some(segments)) => {
+                        let Self { base, .. } = self;
+                        let (format, overlay) = (formats.base, &ready.overlay);
+                        let segmented = Segmented { base, format, overlay, unchanged, segments };
+                        segmented.run(sink, call.alone, call.observer)?
+                    }
+                    _ => stream::run(bands, band, &ready.overlay, sink, call.observer)?,
+                },
             };
             Ok((encoded, ready))
         })?;

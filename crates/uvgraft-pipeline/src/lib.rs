@@ -47,6 +47,7 @@ mod prepared;
 mod records;
 mod region;
 mod run;
+mod segmented;
 mod shard;
 mod shared;
 mod source;
@@ -55,6 +56,7 @@ mod target;
 mod texture_list;
 mod tiles;
 mod transfer;
+mod unchanged;
 mod worker;
 
 pub use base_source::BaseSource;

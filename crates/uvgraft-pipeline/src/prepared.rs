@@ -24,6 +24,7 @@ use crate::source::Source;
 use crate::target::Target;
 use crate::tiles::has_placeholder;
 use crate::transfer::{Inputs, Transfer};
+use crate::unchanged::Unchanged;
 
 /// A transfer whose pair or map, base and blend are in memory: [`Transfer::prepare`].
 ///
@@ -94,6 +95,7 @@ impl Transfer {
         Ok(PreparedTransfer {
             shared: Shared {
                 options: Options::new(self, values),
+                unchanged: base.is_in_memory().then(|| Unchanged::of_base(&base)),
                 link: Arc::new(link),
                 base,
                 blend,

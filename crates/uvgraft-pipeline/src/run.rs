@@ -24,6 +24,7 @@ use crate::records::Records;
 use crate::shared::{Grafts, Options, Shared};
 use crate::stream;
 use crate::transfer::{Existing, Inputs, Transfer, Transferred};
+use crate::unchanged::Unchanged;
 use crate::worker::TransferWorker;
 
 impl Transfer {
@@ -90,7 +91,9 @@ impl Transfer {
                 Some(base) => base,
                 None => self.base(batch, size)?,
             };
+            let several = batch.jobs.len() > 1;
             let shared = Shared {
+                unchanged: (several && base.is_in_memory()).then(|| Unchanged::of_base(&base)),
                 options: Options::new(self, batch.values),
                 link: Arc::clone(&link),
                 base,

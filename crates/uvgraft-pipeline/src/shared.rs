@@ -15,6 +15,7 @@ use crate::failure::{Blame, Result};
 use crate::link::Link;
 use crate::material::Values;
 use crate::transfer::Transfer;
+use crate::unchanged::Unchanged;
 
 /// Grafts of more source sizes are not kept: each has memory for the texels that its size reads.
 const MAX_SIZES: usize = 64;
@@ -50,6 +51,8 @@ pub(crate) struct Shared {
     pub(crate) blend: Option<Arc<Blend>>,
     pub(crate) known: Arc<KnownTexels>,
     pub(crate) grafts: Grafts,
+    /// What results have in common, if there may be several and the base is in memory.
+    pub(crate) unchanged: Option<Unchanged>,
 }
 
 /// One cell for each texture size, and the first graft, whose parts the others share.

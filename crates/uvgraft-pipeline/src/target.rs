@@ -5,7 +5,8 @@ use std::path::Path;
 
 use uvgraft::Texture;
 use uvgraft_io::image::{
-    BandEncoder, BandWriter, EncodeError, Format, TextureSpec, WriteError, WriteOptions, Written,
+    BandEncoder, BandWriter, EncodeError, Format, Segment, Segments, TextureSpec, WriteError,
+    WriteOptions, Written,
 };
 
 /// Where an encoded result goes.
@@ -75,6 +76,22 @@ impl Sink<'_> {
         match self {
             Self::File { writer, .. } => writer.push(band),
             Self::Bytes { name, encoder } => encoder.push(band).map_err(named(name)),
+        }
+    }
+
+    /// As [`BandEncoder::segments`].
+    pub(crate) fn segments(&self) -> Option<Segments> {
+        match self {
+            Self::File { writer, .. } => writer.segments(),
+            Self::Bytes { encoder, .. } => encoder.segments(),
+        }
+    }
+
+    /// As [`BandEncoder::push_segment`].
+    pub(crate) fn push_segment(&mut self, segment: &Segment) -> Result<(), WriteError> {
+        match self {
+            Self::File { writer, .. } => writer.push_segment(segment),
+            Self::Bytes { name, encoder } => encoder.push_segment(segment).map_err(named(name)),
         }
     }
 
