@@ -1,7 +1,7 @@
 //! Cameras, and the homogeneous coordinates in which perspective projection is linear.
 
 use glam::{Vec3, vec3};
-use uvgraft::Size;
+use uvgraft::{Size, threads};
 
 /// An orthographic view of a mesh. Angles are in degrees, lengths in mesh units.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -244,6 +244,10 @@ impl Camera {
         }
     }
 
+    pub fn all_homogeneous(&self, points: &[Vec3]) -> Vec<Homogeneous> {
+        threads::map_indices(points.len(), |index| self.homogeneous(points[index]))
+    }
+
     /// Depth of a point whose homogeneous coordinate is `w`: 1 / w with perspective, which is
     /// affine on the screen.
     pub fn depth_of(&self, p: Vec3, w: f64) -> f64 {
@@ -275,6 +279,14 @@ impl Camera {
         match self.lens {
             Lens::Orthographic { unit_per_px } => unit_per_px,
             Lens::Perspective { focal_px, .. } => 1.0 / (depth * focal_px),
+        }
+    }
+
+    /// Size of a sample at a point, in mesh units.
+    pub fn unit_per_px_at(&self, p: Vec3) -> f32 {
+        match self.lens {
+            Lens::Orthographic { unit_per_px } => unit_per_px,
+            Lens::Perspective { focal_px, .. } => (self.origin - p).dot(self.towards) / focal_px,
         }
     }
 

@@ -10,9 +10,9 @@ use uvgraft::Size;
 use uvgraft::easing::smoothstep;
 
 use super::camera::{Camera, Ray};
+use super::depth::{DepthMap, Drawing, Whole};
 use super::geometry::Geometry;
 use super::projection::project;
-use super::visibility::DepthBuffer;
 
 /// Side of the shadow texture, in cells.
 const SIDE: u32 = 320;
@@ -38,16 +38,16 @@ impl Floor {
         let (low, high) = geometry.bounds();
         let centre = low.lerp_monotonic(high, 0.5);
         let centre = vec3(centre.x, height, centre.z);
-        let (dx, dz) = (high.x - low.x, high.z - low.z);
-        let radius = 0.5 * (high - low).length().max(1e-6) + 0.3 * dx.hypot(dz);
-        let cell = 2.0 * radius / SIDE as f32;
+        let cell = Self::cell((low, high));
+        let radius = 0.5 * cell * SIDE as f32;
         let size = Size::square(SIDE);
 
         // Seen from below, Z runs down the screen and X to the left: rows match, columns are
         // mirrored.
         let camera = Camera::from_below(centre, cell, size);
-        let parts = project(&camera, &geometry.positions, &geometry.faces, size, |_| true);
-        let below = DepthBuffer::new(&parts, size, f32::NEG_INFINITY, |_, _, _| true);
+        let homogeneous = camera.all_homogeneous(&geometry.positions);
+        let parts = project(&camera, geometry, &homogeneous, size, |_| true);
+        let below = DepthMap::new(&Drawing::new(parts, size), 1, f32::NEG_INFINITY, &Whole);
         let point = |column: i32, row: i32| {
             let at = |index: i32| (index as f32 + 0.5) * cell - radius;
             centre + vec3(at(column), 0.0, at(row))
@@ -71,17 +71,33 @@ impl Floor {
         Self { height, centre, radius, light }
     }
 
+    /// Side of a cell of the shadow texture.
+    ///
+    /// - `low`, `high`: the bounds of all that stands on the floor.
+    pub fn cell((low, high): (Vec3, Vec3)) -> f32 {
+        let (dx, dz) = (high.x - low.x, high.z - low.z);
+        let radius = 0.5 * (high - low).length().max(1e-6) + 0.3 * dx.hypot(dz);
+        2.0 * radius / SIDE as f32
+    }
+
     /// Brightness of the floor where a viewing ray meets it: 1 outside the shadow, and where the
     /// ray does not meet the floor. The shadow fades out towards the edge of the texture and at
     /// grazing angles.
     pub fn brightness(&self, ray: &Ray) -> f32 {
-        let fall = -ray.direction.normalize_or_zero().y;
         let along = (ray.origin.y - self.height) / -ray.direction.y;
-        if fall < 0.01 || along <= 0.0 {
+        // Most rays of a picture do not meet the texture: they are found without a root.
+        let is_met = ray.direction.y < 0.0 && along > 0.0;
+        if !is_met {
             return 1.0;
         }
         let p = ray.origin + ray.direction * along;
-        let away = (p - self.centre).length() / self.radius;
+        let from_centre = p - self.centre;
+        let is_near = from_centre.dot(from_centre) < self.radius * self.radius;
+        if !is_near {
+            return 1.0;
+        }
+        let away = from_centre.length() / self.radius;
+        let fall = -ray.direction.normalize_or_zero().y;
         let near = smoothstep(0.98, 0.5, away) * smoothstep(0.01, 0.05, fall);
         if near == 0.0 {
             return 1.0;
@@ -89,10 +105,11 @@ impl Floor {
         let cells = 0.5 * SIDE as f32 / self.radius;
         let at = |value: f32, centre: f32| (value - centre + self.radius) * cells - 0.5;
         let (x, y) = (at(p.x, self.centre.x), at(p.z, self.centre.z));
-        let (left, top) = (x.floor(), y.floor());
-        let (fx, fy) = (x - left, y - top);
+        // Not negative where the shadow has not faded out, so rounding towards zero is rounding down.
+        let (left, top) = (x as i32, y as i32);
+        let (fx, fy) = (x - left as f32, y - top as f32);
         let cell = |dx: i32, dy: i32| {
-            let inside = |index: f32, d: i32| (index as i32 + d).clamp(0, SIDE as i32 - 1) as usize;
+            let inside = |index: i32, d: i32| (index + d).clamp(0, SIDE as i32 - 1) as usize;
             self.light[inside(top, dy) * SIDE as usize + inside(left, dx)]
         };
         let upper = cell(0, 0) * (1.0 - fx) + cell(1, 0) * fx;
@@ -107,13 +124,40 @@ fn blurred(mut values: Vec<f32>, sigma: f32) -> Vec<f32> {
     // A box of 2r + 1 cells has variance r(r + 1)/3; three passes have three times that.
     let radius =
         ((sigma * sigma + 0.25).sqrt() - 0.5).round().clamp(0.0, SIDE as f32 / 4.0) as usize;
+    if radius == 0 {
+        return values;
+    }
+    let share = 1.0 / (2 * radius + 1) as f64;
+    // The box moves on by one cell at a time: one value enters, one leaves. In double precision the
+    // sum stays exact to within what single precision shows.
+    let mut sums = vec![0.0_f64; side];
+    let mut columns = vec![0.0_f32; side * side];
     for _ in 0..3 {
-        for (start, step) in (0..side).map(|k| (k * side, 1)).chain((0..side).map(|k| (k, side))) {
-            let line: Vec<f32> = (0..side).map(|k| values[start + k * step]).collect();
+        for (line, blurred) in values.chunks_exact(side).zip(columns.chunks_exact_mut(side)) {
+            let mut sum: f64 = line[..radius].iter().map(|&value| f64::from(value)).sum();
             for k in 0..side {
-                let (from, to) = (k.saturating_sub(radius), (k + radius + 1).min(side));
-                let sum: f32 = line[from..to].iter().sum();
-                values[start + k * step] = sum / (2 * radius + 1) as f32;
+                sum += line.get(k + radius).map_or(0.0, |&value| f64::from(value));
+                blurred[k] = (sum * share) as f32;
+                sum -= k.checked_sub(radius).map_or(0.0, |left| f64::from(line[left]));
+            }
+        }
+        let row = |y: usize| &columns[y * side..][..side];
+        let add = |sums: &mut [f64], y: usize, sign: f64| {
+            for (sum, &value) in sums.iter_mut().zip(row(y)) {
+                *sum += sign * f64::from(value);
+            }
+        };
+        sums.fill(0.0);
+        (0..radius).for_each(|y| add(&mut sums, y, 1.0));
+        for (y, line) in values.chunks_exact_mut(side).enumerate() {
+            if y + radius < side {
+                add(&mut sums, y + radius, 1.0);
+            }
+            for (value, sum) in line.iter_mut().zip(&sums) {
+                *value = (sum * share) as f32;
+            }
+            if let Some(left) = y.checked_sub(radius) {
+                add(&mut sums, left, -1.0);
             }
         }
     }

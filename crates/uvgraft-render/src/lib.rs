@@ -1,12 +1,14 @@
 //! A small offline renderer: textured meshes, unlit or in soft studio light.
 //!
-//! Visibility is a depth buffer with 2 × 2 or 4 × 4 samples a pixel; each face is shaded once in
-//! each quarter of a pixel. Lighting is a key light with a shadow map, a fill light, a rim light
+//! Visibility is a depth buffer with 2 × 2 or 4 × 4 samples a pixel, one band of rows at a time. Each
+//! smooth surface is shaded once in a pixel, its textures in each quarter. Lighting is a key light with a shadow map, a fill light, a rim light
 //! and the sky, with ambient occlusion estimated from the depth buffer.
 
 #![forbid(unsafe_code)]
 
 mod camera;
+mod depth;
+mod encode;
 mod floor;
 mod frame;
 mod geometry;
@@ -15,15 +17,20 @@ mod lights;
 #[cfg(test)]
 mod material_tests;
 mod mipmap;
+mod occlusion;
 mod options;
+mod patches;
+mod point;
 mod projection;
+mod samples;
+mod shader;
 mod shading;
+mod shadow;
 mod surface;
 mod tangents;
 #[cfg(test)]
 mod tests;
 mod thumbnail;
-mod visibility;
 
 use uvgraft::{Mesh, MeshPart, Size, Texture};
 use uvgraft_gltf::scene::{Material, PosedPrimitive, Scene};

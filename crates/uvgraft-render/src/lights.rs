@@ -1,61 +1,29 @@
-//! Studio lights, their shadows, and the reflection model.
+//! Studio lights and the reflection model.
 
 use glam::Vec3;
-use uvgraft::Size;
 use uvgraft::easing::smoothstep;
 
 use super::camera::Camera;
-use super::geometry::Geometry;
-use super::projection::project;
 use super::shading::{Paint, Shading};
-use super::visibility::DepthBuffer;
 
-/// Lights that move with the camera, and the shadow map of the key light.
+/// Lights that move with the camera.
 #[derive(Debug)]
 pub(crate) struct Lights {
-    key: Vec3,
+    pub key: Vec3,
     fill: Vec3,
     rim: Vec3,
-    shadow_camera: Camera,
-    shadow: DepthBuffer,
-    /// Half the width of soft shadow edges, in texels of the shadow map: the same width everywhere.
-    softness: f32,
-    bias: f32,
 }
 
-const SHADOW_SIDE: u32 = 2048;
-
 impl Lights {
-    /// Lights at fixed directions relative to the camera; the faces in `casts` cast the key
-    /// light's shadow.
-    ///
-    /// - `seen`: centre and radius of the region that the shadow map covers; nothing outside
-    ///   it is shadowed.
-    /// - `metre`: length of one metre in mesh units.
-    pub fn new(
-        camera: &Camera,
-        geometry: &Geometry,
-        casts: impl Fn(usize) -> bool + Sync,
-        seen: (Vec3, f32),
-        metre: f32,
-    ) -> Self {
+    /// Lights at fixed directions relative to the camera.
+    pub fn new(camera: &Camera) -> Self {
         let world = |x: f32, y: f32, z: f32| {
             (camera.right * x + camera.up * y + camera.towards * z).normalize_or_zero()
         };
-        let key = world(-0.55, 0.62, 0.75);
-        let size = Size::square(SHADOW_SIDE);
-        let unit_per_px = (2.0 * seen.1 / SHADOW_SIDE as f32).max(f32::MIN_POSITIVE);
-        let shadow_camera = Camera::looking(key, seen.0, unit_per_px, size);
-        let parts = project(&shadow_camera, &geometry.positions, &geometry.faces, size, casts);
-        let shadow = DepthBuffer::new(&parts, size, f32::NEG_INFINITY, |_, _, _| true);
         Self {
-            key,
+            key: world(-0.55, 0.62, 0.75),
             fill: world(0.85, 0.1, 0.6),
             rim: world(0.75, 0.45, -0.62),
-            shadow_camera,
-            shadow,
-            softness: (0.0022 * metre / unit_per_px).clamp(1.0, 6.0),
-            bias: 0.0035 * metre,
         }
     }
 
@@ -67,12 +35,13 @@ impl Lights {
     /// normalised lobe instead and reflect a two-colour sky; the mirrored fraction is removed from
     /// their diffuse part.
     ///
+    /// - `lit`: the fraction of the key light that reaches the point.
     /// - `towards`: unit vector from the point to the camera.
     /// - `open`: the fraction of the sky that nearby geometry leaves visible.
     pub fn shade(
         &self,
         paint: &Paint,
-        position: Vec3,
+        lit: f32,
         normal: Vec3,
         towards: Vec3,
         open: f32,
@@ -85,7 +54,6 @@ impl Lights {
         let Paint { shading, albedo, glint: mirrored } = *paint;
         // Near the terminator a cast shadow would draw a hard edge into the soft falloff.
         let grazing = smoothstep(0.35, -0.1, normal.dot(self.key));
-        let lit = self.lit(position, normal);
         let lit = lit + (1.0 - lit) * 0.8 * grazing;
         let (strength, sharpness) = shading.gloss();
         let half = (self.key + towards).normalize_or_zero();
@@ -118,44 +86,6 @@ impl Lights {
             let mirrored = mirrored.map_or(0.0, |glint| glint.color[k] * (KEY[k] * peak + around));
             soft(albedo[k] * own * light * 1.08 + glint * KEY[k] * tint + mirrored)
         })
-    }
-
-    /// The fraction of the key light that reaches a point, with soft edges.
-    ///
-    /// Percentage-closer filtering (Reeves et al. 1987): depth comparisons, not depths, are
-    /// averaged, here over a square of bilinear taps. The point is raised along its normal and the
-    /// depth biased, or the surface would shadow itself.
-    ///
-    /// - `normal`: normal of the surface at the point.
-    pub fn lit(&self, position: Vec3, normal: Vec3) -> f32 {
-        /// Taps along each side of the square.
-        const TAPS: i32 = 6;
-        let raised = position + normal * self.bias;
-        let [x, y, w] = self.shadow_camera.homogeneous(raised);
-        let [x, y] = [x, y].map(|at| (at / w) as f32);
-        let side = SHADOW_SIDE as f32;
-        if !(x >= 0.0 && y >= 0.0 && x < side && y < side) {
-            return 1.0;
-        }
-        let height = self.shadow_camera.depth_of(raised, w) as f32 + self.bias;
-        let step = 2.0 * self.softness / TAPS as f32;
-        let mut sum = 0.0;
-        for row in 0..TAPS {
-            for column in 0..TAPS {
-                let at = |tap: i32| (tap as f32 - 0.5 * (TAPS - 1) as f32) * step;
-                let (px, py) = (x + at(column) - 0.5, y + at(row) - 0.5);
-                let (left, top) = (px.floor(), py.floor());
-                let (fx, fy) = (px - left, py - top);
-                let open = |dx: i32, dy: i32| {
-                    let depth = self.shadow.depth(left as i32 + dx, top as i32 + dy);
-                    f32::from(u8::from(depth <= height))
-                };
-                let upper = open(0, 0) * (1.0 - fx) + open(1, 0) * fx;
-                let lower = open(0, 1) * (1.0 - fx) + open(1, 1) * fx;
-                sum += upper * (1.0 - fy) + lower * fy;
-            }
-        }
-        sum / (TAPS * TAPS) as f32
     }
 }
 

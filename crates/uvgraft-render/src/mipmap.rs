@@ -5,6 +5,7 @@
 //! their longer axis, as in McCormack et al., "Feline: Fast Elliptical Lines for Anisotropic
 //! Texture Mapping", 1999.
 
+use glam::Vec4;
 use uvgraft::color::{linear_from_srgb, srgb_from_linear};
 use uvgraft::{Channels, Encoding, Texels, Texture, Value, threads};
 use uvgraft_gltf::scene::{TextureUse, Wrap};
@@ -13,7 +14,7 @@ use uvgraft_gltf::scene::{TextureUse, Wrap};
 #[derive(Debug)]
 pub(crate) struct Mipmap {
     levels: Vec<Level>,
-    linear: Vec<f32>,
+    linear: [f32; 256],
 }
 
 #[derive(Debug)]
@@ -57,7 +58,7 @@ impl Mipmap {
         decode: fn(f32) -> f32,
         encode: fn(f32) -> f32,
     ) -> Self {
-        let linear: Vec<f32> = (0..=255_u8).map(|value| decode(value.to_unit())).collect();
+        let linear = std::array::from_fn(|level| decode((level as u8).to_unit()));
         let encode = |step: usize| u8::from_unit(encode(step as f32 / STEPS as f32));
         let encoded: Vec<u8> = (0..=STEPS).map(encode).collect();
         let mut levels = vec![Level {
@@ -77,53 +78,62 @@ impl Mipmap {
     /// `ceil(long / short)` lookups, at most [`MAX_TAPS`], are spread along the longer axis, each
     /// at level `log2(long / taps)`.
     pub fn sample(&self, footprint: &Footprint, texture: &TextureUse) -> [f32; 4] {
-        let finest = &self.levels[0];
-        let (width, height) = (finest.width as f32, finest.height as f32);
-        let length = |[du, dv]: [f32; 2]| (du * width).hypot(dv * height);
-        let (x, y) = (length(footprint.along_x), length(footprint.along_y));
+        let [x, y] = self.squares(footprint);
         let (long, short, along) =
             if x > y { (x, y, footprint.along_x) } else { (y, x, footprint.along_y) };
+        let last = self.levels.len() - 1;
+        let unit = Vec4::new(1.0, 1.0, 1.0, 255.0);
+        let at = |level: usize, uv| self.levels[level].bilinear(uv, texture, &self.linear);
         if !long.is_finite() {
-            return self.levels[self.levels.len() - 1].bilinear(
-                footprint.uv,
-                texture,
-                &self.linear,
-            );
+            return (at(last, footprint.uv) / unit).to_array();
         }
         if long <= 1.0 {
-            return self.at(footprint.uv, 0.0, texture);
+            return (at(0, footprint.uv) / unit).to_array();
         }
         // The short axis counts as at least one texel: finer detail does not exist.
-        let taps = (long / short.max(1.0)).ceil().clamp(1.0, MAX_TAPS);
-        let level = (long / taps).max(1.0).log2();
-        let mut sum = [0.0; 4];
-        for tap in 0..taps as u32 {
-            let t = (tap as f32 + 0.5) / taps - 0.5;
-            let uv = [0, 1].map(|k| footprint.uv[k] + along[k] * t);
-            let sampled = self.at(uv, level, texture);
-            sum = [0, 1, 2, 3].map(|k| sum[k] + sampled[k]);
+        let ratio = (long / short.max(1.0)).sqrt().clamp(1.0, MAX_TAPS);
+        let count = ratio as u32 + u32::from(ratio.fract() > 0.0);
+        let taps = count as f32;
+        let level = 0.5 * log2((long / (taps * taps)).max(1.0));
+        let lower = (level as usize).min(last);
+        // All taps are at the same level, so they are added up before levels are mixed.
+        let sum = |level: usize| {
+            let mut sum = Vec4::ZERO;
+            for tap in 0..count {
+                let t = (tap as f32 + 0.5) / taps - 0.5;
+                sum += at(level, [0, 1].map(|k| footprint.uv[k] + along[k] * t));
+            }
+            sum
+        };
+        let mut mean = sum(lower);
+        let t = level - lower as f32;
+        if t > 0.0 && lower < last {
+            mean += (sum(lower + 1) - mean) * t;
         }
-        sum.map(|value| value / taps)
+        (mean / (unit * taps)).to_array()
     }
 
-    /// Interpolates linearly between the two levels around a fractional one.
-    fn at(&self, uv: [f32; 2], level: f32, texture: &TextureUse) -> [f32; 4] {
-        let last = self.levels.len() - 1;
-        let lower = (level as usize).min(last);
-        let t = level - lower as f32;
-        let a = self.levels[lower].bilinear(uv, texture, &self.linear);
-        if t <= 0.0 || lower == last {
-            return a;
-        }
-        let b = self.levels[lower + 1].bilinear(uv, texture, &self.linear);
-        [0, 1, 2, 3].map(|k| a[k] + (b[k] - a[k]) * t)
+    /// The squares of a footprint's sides, in texels.
+    fn squares(&self, footprint: &Footprint) -> [f32; 2] {
+        let finest = &self.levels[0];
+        let (width, height) = (finest.width as f32, finest.height as f32);
+        [footprint.along_x, footprint.along_y].map(|[du, dv]| {
+            let (x, y) = (du * width, dv * height);
+            x * x + y * y
+        })
+    }
+
+    /// Whether a footprint is no longer than a texel.
+    pub fn is_magnified(&self, footprint: &Footprint) -> bool {
+        let [x, y] = self.squares(footprint);
+        x.max(y) <= 1.0
     }
 }
 
 impl Level {
     /// Half as wide and high, rounded down. Colours are averaged with their alpha as weight, so
     /// that the colour of transparent texels does not bleed in.
-    fn halved(&self, linear: &[f32], encoded: &[u8]) -> Option<Self> {
+    fn halved(&self, linear: &[f32; 256], encoded: &[u8]) -> Option<Self> {
         if self.width.max(self.height) < 2 {
             return None;
         }
@@ -159,29 +169,38 @@ impl Level {
         Some(Self { width, height, texels })
     }
 
-    fn bilinear(&self, [u, v]: [f32; 2], texture: &TextureUse, linear: &[f32]) -> [f32; 4] {
+    /// Linear colour, and alpha times 255.
+    #[inline]
+    fn bilinear(&self, [u, v]: [f32; 2], texture: &TextureUse, linear: &[f32; 256]) -> Vec4 {
         let (x, y) = (u * self.width as f32 - 0.5, v * self.height as f32 - 0.5);
-        let (mut left, mut top) = (x.floor(), y.floor());
-        let (mut fx, mut fy) = (x - left, y - top);
+        let ((mut left, mut fx), (mut top, mut fy)) = (floor(x), floor(y));
         if texture.nearest {
-            (left, top) = ((x + 0.5).floor(), (y + 0.5).floor());
+            (left, top) = (floor(x + 0.5).0, floor(y + 0.5).0);
             (fx, fy) = (0.0, 0.0);
         }
         let [wrap_x, wrap_y] = texture.wrap;
-        let columns = [0, 1].map(|k| wrapped((left as i64).saturating_add(k), self.width, wrap_x));
-        let rows = [0, 1].map(|k| wrapped((top as i64).saturating_add(k), self.height, wrap_y));
+        let columns = neighbours(left, self.width, wrap_x);
+        let rows = neighbours(top, self.height, wrap_y);
+        let rows = rows.map(|row| &self.texels[row * self.width..][..self.width]);
         let texel = |row: usize, column: usize| {
-            let [r, g, b, a] = self.texels[rows[row] * self.width + columns[column]];
+            let [r, g, b, a] = rows[row][columns[column]];
             let [r, g, b] = [r, g, b].map(|value| linear[usize::from(value)]);
-            [r, g, b, f32::from(a) / 255.0]
+            Vec4::new(r, g, b, f32::from(a))
         };
         let (a, b, c, d) = (texel(0, 0), texel(0, 1), texel(1, 0), texel(1, 1));
-        [0, 1, 2, 3].map(|k| {
-            let upper = a[k] + (b[k] - a[k]) * fx;
-            let lower = c[k] + (d[k] - c[k]) * fx;
-            upper + (lower - upper) * fy
-        })
+        let (upper, lower) = (a + (b - a) * fx, c + (d - c) * fx);
+        upper + (lower - upper) * fy
     }
+}
+
+/// The logarithm of a number that is at least 1, within 0.01: levels need no more.
+fn log2(value: f32) -> f32 {
+    const MANTISSA: u32 = (1 << 23) - 1;
+    let bits = value.to_bits();
+    let exponent = (bits >> 23) as i32 - 127;
+    let x = f32::from_bits(bits & MANTISSA | 1.0_f32.to_bits()) - 1.0;
+    // A parabola through the ends.
+    exponent as f32 + x * (1.344 - 0.344 * x)
 }
 
 /// The texels of a row of `count` that a texel of the `smaller` row covers, with their weights: two
@@ -197,6 +216,24 @@ fn shares(index: usize, count: usize, smaller: usize) -> [(usize, f32); 3] {
     let (m, whole) = (smaller as f32, count as f32 / smaller as f32);
     let (start, end) = ((m - index as f32) / m, (index as f32 + 1.0) / m);
     [(first, start / whole), (first + 1, 1.0 / whole), (first + 2, end / whole)]
+}
+
+/// The next lower integer, and how far the value is above it. Far away from 0 the integer saturates.
+#[inline]
+fn floor(value: f32) -> (i32, f32) {
+    // `f32::floor` is a call where the baseline target has no instruction for it.
+    let towards_zero = value as i32;
+    let integer = towards_zero.saturating_sub(i32::from((towards_zero as f32) > value));
+    (integer, value - integer as f32)
+}
+
+/// The texels at an index and the next one.
+#[inline]
+fn neighbours(index: i32, count: usize, wrap: Wrap) -> [usize; 2] {
+    if index >= 0 && (index as usize) < count - 1 {
+        return [index as usize, index as usize + 1];
+    }
+    [0, 1].map(|k| wrapped(i64::from(index) + k, count, wrap))
 }
 
 fn wrapped(index: i64, count: usize, wrap: Wrap) -> usize {
@@ -287,6 +324,15 @@ mod tests {
         assert!(along[0] < 0.01, "{along:?}");
         let across = stripes.sample(&over(uv, [8.0 / 16.0, 0.0], [0.0, 1.0 / 16.0]), &PLAIN);
         assert!((across[0] - 0.5).abs() < 0.07, "{across:?}");
+    }
+
+    #[test]
+    fn logarithms_are_exact_enough() {
+        for step in 0..100_000 {
+            let value = 1.0003_f32.powi(step).min(1e20);
+            assert!((log2(value) - value.log2()).abs() < 0.01, "{value}");
+        }
+        assert_eq!([1.0, 2.0, 1024.0].map(log2), [0.0, 1.0, 10.0]);
     }
 
     #[test]

@@ -9,7 +9,7 @@ use uvgraft::raster::ScanTriangle;
 use uvgraft::{Size, threads};
 
 use super::camera::{Camera, Homogeneous};
-use super::geometry::Face;
+use super::geometry::{Face, Geometry};
 
 /// A triangle on the screen, or a part of one that was clipped at the near plane.
 #[derive(Debug)]
@@ -20,8 +20,10 @@ pub(crate) struct Projected {
 }
 
 impl Projected {
-    pub fn depth(&self, x: u32, y: u32) -> f32 {
-        self.plane.depth(x, y)
+    /// Depths at every `step`-th sample of a row, from `column` on.
+    #[inline]
+    pub fn depths(&self, column: u32, row: u32, step: u32) -> Ramp {
+        self.plane.along(column, row, step)
     }
 }
 
@@ -31,26 +33,29 @@ impl Projected {
 /// negative and points would be mirrored onto the screen. A clipped face has up to four corners and
 /// is split into a fan.
 ///
+/// - `homogeneous`: the camera's coordinates of all positions.
 /// - `keep`: whether to draw a face.
 pub(crate) fn project(
     camera: &Camera,
-    positions: &[Vec3],
-    faces: &[Face],
+    geometry: &Geometry,
+    homogeneous: &[Homogeneous],
     size: Size,
     keep: impl Fn(usize) -> bool + Sync,
 ) -> Vec<Projected> {
     /// Faces per task.
     const CHUNK: usize = 512;
-    let homogeneous =
-        threads::map_indices(positions.len(), |vertex| camera.homogeneous(positions[vertex]));
+    let Geometry { positions, faces, .. } = geometry;
     let near = camera.limits().0;
     let one = |index: usize, face: &Face, parts: &mut Vec<Projected>| {
+        if !keep(index) {
+            return;
+        }
         let corners = face.vertices.map(|vertex| {
             let vertex = vertex as usize;
             Corner { at: homogeneous[vertex], p: positions[vertex] }
         });
-        let polygon = if keep(index) { clipped(corners, near) } else { Vec::new() };
-        for k in 2..polygon.len() {
+        let (polygon, count) = clipped(corners, near);
+        for k in 2..count {
             let screen = [0, k - 1, k].map(|corner| on_screen(camera, &polygon[corner]));
             let flat = screen.map(|[x, y, _]| [x, y]);
             if !screen.iter().flatten().all(|value| value.is_finite()) {
@@ -68,7 +73,9 @@ pub(crate) fn project(
         }
         parts
     });
-    chunks.into_iter().flatten().collect()
+    let mut all = Vec::with_capacity(chunks.iter().map(Vec::len).sum());
+    chunks.into_iter().for_each(|mut parts| all.append(&mut parts));
+    all
 }
 
 #[derive(Debug, Clone, Copy)]
@@ -77,26 +84,30 @@ struct Corner {
     p: Vec3,
 }
 
-/// The part of a triangle in front of the near plane, a polygon of up to four corners.
-fn clipped(corners: [Corner; 3], near: f64) -> Vec<Corner> {
+/// The part of a triangle in front of the near plane, and its number of corners: up to four.
+fn clipped([a, b, c]: [Corner; 3], near: f64) -> ([Corner; 4], usize) {
+    let (corners, mut polygon, mut count) = ([a, b, c], [a, b, c, a], 0);
     if corners.iter().all(|corner| corner.at[2] >= near) {
-        return corners.to_vec();
+        return (polygon, 3);
     }
-    let mut polygon = Vec::with_capacity(4);
+    let mut push = |corner| {
+        polygon[count] = corner;
+        count += 1;
+    };
     for k in 0..3 {
         let (a, b) = (corners[k], corners[(k + 1) % 3]);
         let (da, db) = (a.at[2] - near, b.at[2] - near);
         if da >= 0.0 {
-            polygon.push(a);
+            push(a);
         }
         if (da >= 0.0) != (db >= 0.0) {
             let t = da / (da - db);
             let mut at = [0, 1, 2].map(|k| a.at[k] + (b.at[k] - a.at[k]) * t);
             at[2] = near;
-            polygon.push(Corner { at, p: a.p.lerp_monotonic(b.p, t as f32) });
+            push(Corner { at, p: a.p.lerp_monotonic(b.p, t as f32) });
         }
     }
-    polygon
+    (polygon, count)
 }
 
 fn on_screen(camera: &Camera, corner: &Corner) -> [f64; 3] {
@@ -104,20 +115,39 @@ fn on_screen(camera: &Camera, corner: &Corner) -> [f64; 3] {
     [x / w, y / w, camera.depth_of(corner.p, w)]
 }
 
-/// Perspective-correct barycentric weights of the point that is visible at a sample; they sum to 1.
-/// `None` where the triangle is seen edge-on.
+/// Perspective-correct barycentric weights in a triangle, at and around a sample; they sum to 1.
 ///
 /// Corner `a` has the weight `cross(b, c)`, divided by the sum of all three, where `a`, `b` and `c`
 /// are homogeneous and relative to the sample. No perspective divide is needed, so this also holds
-/// for faces that cross the camera plane.
-pub(crate) fn weights(corners: [Homogeneous; 3], x: f64, y: f64) -> Option<[f32; 3]> {
-    // Relative to the sample, so that no large values are subtracted from each other.
-    let [a, b, c] = corners.map(|[cx, cy, w]| [cx - x * w, cy - y * w]);
-    let cross = |p: [f64; 2], q: [f64; 2]| p[0] * q[1] - p[1] * q[0];
-    let parts = [cross(b, c), cross(c, a), cross(a, b)];
-    let sum: f64 = parts.iter().sum();
-    let weights = parts.map(|part| (part / sum) as f32);
-    weights.iter().all(|weight| weight.is_finite()).then_some(weights)
+/// for faces that cross the camera plane. The products are affine in the sample's position.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Weights {
+    here: [f64; 3],
+    along_x: [f64; 3],
+    along_y: [f64; 3],
+}
+
+impl Weights {
+    pub fn new(corners: [Homogeneous; 3], [x, y]: [f64; 2]) -> Self {
+        // Relative to the sample, so that no large values are subtracted from each other.
+        let [a, b, c] = corners.map(|[cx, cy, w]| [cx - x * w, cy - y * w, w]);
+        let pairs = [(b, c), (c, a), (a, b)];
+        Self {
+            here: pairs.map(|(p, q)| p[0] * q[1] - p[1] * q[0]),
+            along_x: pairs.map(|(p, q)| p[1] * q[2] - p[2] * q[1]),
+            along_y: pairs.map(|(p, q)| p[2] * q[0] - p[0] * q[2]),
+        }
+    }
+
+    /// Weights at a distance from the sample; `None` where the triangle is seen edge-on.
+    #[inline]
+    pub fn at(&self, [dx, dy]: [f64; 2]) -> Option<[f32; 3]> {
+        let part = |k: usize| self.here[k] + dx * self.along_x[k] + dy * self.along_y[k];
+        let parts = [part(0), part(1), part(2)];
+        let share = 1.0 / (parts[0] + parts[1] + parts[2]);
+        let weights = parts.map(|part| (part * share) as f32);
+        weights.iter().all(|weight| weight.is_finite()).then_some(weights)
+    }
 }
 
 /// Depth as an affine function of the sample, clamped to the range of the corners: the slope of a
@@ -140,10 +170,35 @@ impl Plane {
         Self { origin: a, slope, range }
     }
 
-    fn depth(&self, x: u32, y: u32) -> f32 {
-        let (dx, dy) = (f64::from(x) + 0.5 - self.origin[0], f64::from(y) + 0.5 - self.origin[1]);
-        let depth = self.origin[2] + dx * self.slope[0] + dy * self.slope[1];
-        depth.max(self.range[0]).min(self.range[1]) as f32
+    #[inline]
+    fn along(&self, column: u32, row: u32, step: u32) -> Ramp {
+        let dx = f64::from(column) + 0.5 - self.origin[0];
+        let dy = f64::from(row) + 0.5 - self.origin[1];
+        Ramp {
+            start: (self.origin[2] + dx * self.slope[0] + dy * self.slope[1]) as f32,
+            slope: (self.slope[0] * f64::from(step)) as f32,
+            range: self.range.map(|depth| depth as f32),
+        }
+    }
+}
+
+/// Depth along a row of samples. Only its start is computed in double precision: within one row of
+/// one triangle, single precision suffices, and a processor does four or more samples at once.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Ramp {
+    start: f32,
+    slope: f32,
+    range: [f32; 2],
+}
+
+impl Ramp {
+    #[inline]
+    pub fn at(&self, index: i32) -> f32 {
+        let depth = self.start + self.slope * index as f32;
+        let [low, high] = self.range;
+        // Comparisons instead of `max` and `min`, whose handling of NaN costs as much again.
+        let depth = if depth > low { depth } else { low };
+        if depth < high { depth } else { high }
     }
 }
 
@@ -153,6 +208,18 @@ mod tests {
 
     use super::*;
     use crate::camera::Perspective;
+
+    fn parts(
+        camera: &Camera,
+        positions: &[Vec3],
+        faces: &[Face],
+        size: Size,
+        keep: impl Fn(usize) -> bool + Sync,
+    ) -> Vec<Projected> {
+        let (positions, faces) = (positions.to_vec(), faces.to_vec());
+        let geometry = Geometry { positions, faces, ..Geometry::default() };
+        project(camera, &geometry, &camera.all_homogeneous(&geometry.positions), size, keep)
+    }
 
     /// A camera at the origin that looks along -Z; at distance 1, one unit is 100 samples.
     fn camera(size: Size) -> Camera {
@@ -170,12 +237,15 @@ mod tests {
         // screen, x = 0, is a quarter of the way along.
         let corners = [vec3(-1.0, 0.0, -2.0), vec3(3.0, 0.0, -6.0), vec3(-1.0, 1.0, -2.0)];
         let corners = corners.map(|p| camera.homogeneous(p));
-        let [a, b, c] = weights(corners, 100.0, 100.0).unwrap();
+        let [a, b, c] = Weights::new(corners, [100.0; 2]).at([0.0; 2]).unwrap();
         assert!(
             (a - 0.75).abs() < 1e-6 && (b - 0.25).abs() < 1e-6 && c.abs() < 1e-6,
             "{a} {b} {c}"
         );
-        assert_eq!(weights([corners[0]; 3], 100.0, 100.0), None);
+        assert_eq!(Weights::new([corners[0]; 3], [100.0; 2]).at([0.0; 2]), None);
+        // The same from a neighbouring sample.
+        let around = Weights::new(corners, [103.0, 98.5]).at([-3.0, 1.5]).unwrap();
+        assert!((0..3).all(|k| (around[k] - [a, b, c][k]).abs() < 1e-6), "{around:?}");
     }
 
     #[test]
@@ -184,16 +254,16 @@ mod tests {
         let camera = camera(size);
         let positions = [vec3(-1.0, -1.0, -2.0), vec3(3.0, -1.0, -6.0), vec3(-1.0, 1.0, -2.0)];
         let faces = [Face { vertices: [0, 1, 2], uv: [0; 3], surface: 0 }];
-        let projected = project(&camera, &positions, &faces, size, |_| true);
+        let projected = parts(&camera, &positions, &faces, size, |_| true);
         let corners = positions.map(|p| camera.homogeneous(p));
         let mut seen = 0;
         for part in &projected {
             for row in part.scan.rows() {
                 for column in part.scan.span(row) {
                     let at = [column, row].map(|at| f64::from(at) + 0.5);
-                    let w = weights(corners, at[0], at[1]).unwrap();
+                    let w = Weights::new(corners, at).at([0.0; 2]).unwrap();
                     let z: f32 = (0..3).map(|k| w[k] * positions[k].z).sum();
-                    let depth = part.depth(column, row);
+                    let depth = part.depths(column, row, 1).at(0);
                     assert!((depth * -z - 1.0).abs() < 1e-5, "{column} {row}: {depth} {z}");
                     seen += 1;
                 }
@@ -209,7 +279,7 @@ mod tests {
         // A floor at y = -1 from far ahead to behind the camera.
         let positions = [vec3(-50.0, -1.0, -50.0), vec3(50.0, -1.0, -50.0), vec3(0.0, -1.0, 50.0)];
         let faces = [Face { vertices: [0, 1, 2], uv: [0; 3], surface: 0 }];
-        let projected = project(&camera, &positions, &faces, size, |_| true);
+        let projected = parts(&camera, &positions, &faces, size, |_| true);
         // The four corners make two triangles, which cover everything below the far
         // edge at sample 102.
         assert_eq!(projected.len(), 2);
@@ -217,7 +287,7 @@ mod tests {
             |x: u32, y: u32| projected.iter().filter(|part| part.scan.span(y).contains(&x)).count();
         assert_eq!([90, 110, 150, 199].map(|y| covers(100, y)), [0, 1, 1, 1]);
         let behind = positions.map(|p| vec3(p.x, p.y, p.z + 60.0));
-        assert!(project(&camera, &behind, &faces, size, |_| true).is_empty());
-        assert!(project(&camera, &positions, &faces, size, |_| false).is_empty());
+        assert!(parts(&camera, &behind, &faces, size, |_| true).is_empty());
+        assert!(parts(&camera, &positions, &faces, size, |_| false).is_empty());
     }
 }

@@ -69,6 +69,10 @@ impl Glint {
         Self { color: color.map(|value| value.clamp(0.0, 1.0)), sharpness: sharpness.max(1.0) }
     }
 
+    pub fn sharpness(&self) -> f32 {
+        self.sharpness
+    }
+
     /// The fraction of light left for diffuse reflection.
     pub fn rest(&self) -> f32 {
         1.0 - self.color.iter().fold(0.0, |most: f32, &value| most.max(value))

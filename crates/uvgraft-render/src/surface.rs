@@ -3,7 +3,8 @@
 use glam::{Vec3, vec3};
 use uvgraft_gltf::scene::{Material, ScaledTexture, SpecularGloss, TextureUse, Wrap};
 
-use super::mipmap::{Footprint, Mipmap};
+use super::mipmap::Mipmap;
+use super::point::Point;
 use super::shading::{Glint, Shading};
 
 /// A material, ready to draw.
@@ -66,8 +67,30 @@ impl Surface {
         Self { shading, material: Material { texture, double_sided: true, ..Material::default() } }
     }
 
-    /// Linear colour and alpha over the texture's footprint.
-    pub fn albedo(&self, lookup: &Lookup<'_>) -> [f32; 4] {
+    /// Whether all textures are magnified at a footprint.
+    pub fn is_smooth(&self, lookup: &Lookup<'_>) -> bool {
+        let material = &self.material;
+        let scaled = [material.normal, material.occlusion].map(|map| map.map(|map| map.texture));
+        let colors = [material.texture, material.emissive_texture];
+        let gloss = material.gloss.and_then(|gloss| gloss.texture);
+        let mut textures = colors.into_iter().chain(scaled).chain([gloss]).flatten();
+        textures.all(|texture| lookup.is_small(texture))
+    }
+
+    /// The exponent of its highlights, or more.
+    pub fn sharpness(&self) -> f32 {
+        self.material.gloss.map_or_else(
+            || self.shading.gloss().1,
+            |gloss| Glint::new([0.0; 3], gloss.glossiness).sharpness(),
+        )
+    }
+
+    /// Linear colour and alpha over the texture's footprint, multiplied by the vertices' colours.
+    pub fn color(&self, lookup: &Lookup<'_>) -> [f32; 4] {
+        lookup.point.tinted(self.albedo(lookup))
+    }
+
+    fn albedo(&self, lookup: &Lookup<'_>) -> [f32; 4] {
         match self.material.texture {
             None => self.material.color,
             Some(texture) => {
@@ -105,24 +128,30 @@ impl Surface {
         }
     }
 
-    /// Highlights from the file's specular colour and glossiness; `None` if it has none.
-    pub fn glint(&self, lookup: &Lookup<'_>) -> Option<Glint> {
+    /// The file's specular colour and glossiness; `None` if it has none.
+    pub fn gloss(&self, lookup: &Lookup<'_>) -> Option<[f32; 4]> {
         let gloss = self.material.gloss?;
         let [r, g, b, a] = gloss.texture.map_or([1.0; 4], |texture| lookup.sample(texture));
         let [red, green, blue] = gloss.specular;
-        Some(Glint::new([red * r, green * g, blue * b], gloss.glossiness * a))
+        Some([red * r, green * g, blue * b, gloss.glossiness * a])
     }
 }
 
 /// How a surface's textures are sampled.
 pub(crate) struct Lookup<'a> {
     pub mipmaps: &'a [Mipmap],
-    /// The footprint in a set of texture coordinates, by its index.
-    pub footprint: &'a dyn Fn(usize) -> Footprint,
+    pub point: &'a Point<'a>,
 }
 
 impl Lookup<'_> {
     fn sample(&self, texture: TextureUse) -> [f32; 4] {
-        self.mipmaps[texture.index].sample(&(self.footprint)(texture.coordinates), &texture)
+        self.mipmaps[texture.index].sample(&self.point.footprint(texture.coordinates), &texture)
+    }
+
+    /// Whether the footprint is within a texel or two of a texture, so that one interpolated value
+    /// stands for all of it.
+    fn is_small(&self, texture: TextureUse) -> bool {
+        let footprint = self.point.footprint(texture.coordinates);
+        !texture.nearest && self.mipmaps[texture.index].is_magnified(&footprint)
     }
 }

@@ -189,6 +189,26 @@ fn translucent_surfaces_blend_from_back_to_front() {
 }
 
 #[test]
+fn a_pixel_on_a_crease_has_the_colours_of_both_sides() {
+    // Two slopes that meet at x = 0, in the middle of a pixel of the picture, lit from one side.
+    let slope = |side: f32| PosedPrimitive {
+        positions: [[0.0, -9.0, 0.0], [0.0, 9.0, 0.0], [9.0 * side, 0.0, -9.0]].to_vec(),
+        normals: vec![[side, 0.0, 1.0]; 3],
+        uv: vec![[0.5; 2]; 3].into(),
+        triangles: vec![if side > 0.0 { [1, 0, 2] } else { [0, 1, 2] }].into(),
+        ..square(0.0, 0)
+    };
+    let renderer = Renderer::new(&[plain([0.5, 0.5, 0.5, 1.0], AlphaMode::Opaque)], &[]);
+    let options = RenderOptions::default();
+    let drawn = [slope(-1.0), slope(1.0)];
+    let picture = renderer.render(&drawn, &ahead(), &options, Size::square(45));
+    let light = |x: u32| uvgraft::color::linear_from_srgb(picture.get(x, 22, 1));
+    let (left, here, right) = (light(21), light(22), light(23));
+    assert!(left > 1.3 * right, "{left} {right}");
+    assert!((here - 0.5 * (left + right)).abs() < 0.01, "{left} {here} {right}");
+}
+
+#[test]
 fn backs_are_seen_only_where_the_material_has_two_sides() {
     let mut material = plain([1.0, 0.0, 0.0, 1.0], AlphaMode::Opaque);
     let mut back = square(0.0, 0);
