@@ -18,7 +18,7 @@ VIEWER_TESTS = $$(test ! -s target/viewer/viewer.html || echo --features uvgraft
 WHEEL_FEATURES = $(if $(CXX_FOUND),flip simplify ktx2) $$(test ! -s target/viewer/viewer.html || echo viewer)
 PYTHON_FEATURES = $(if $(CI),$(WHEEL_FEATURES),$(filter-out ktx2,$(WHEEL_FEATURES)))
 
-.PHONY: demo test bench bench-scaling bench-peers book lint fixtures package viewer test-ktx2 test-clients \
+.PHONY: demo test bench bench-scaling bench-peers book lint fixtures package viewer test-ktx2 test-gpu test-clients \
 	selfie-report recognise test-python wheel test-wheel test-cluster test-torch
 
 # Runs the whole workflow on a built-in example, and on a photograph if there is a network to fetch it and
@@ -93,9 +93,17 @@ test-ktx2:
 	$(CARGO) test --locked -p uvgraft-gltf --features ktx2 -- glb:: scene::
 	$(CARGO) clippy --locked -p uvgraft-cli --features ktx2 -- -D warnings
 
+# Transfers on a graphics processor, which may be a driver that runs on the CPU: wgpu takes minutes to compile.
+test-gpu:
+	@scripts/install-lavapipe.sh
+	UVGRAFT_GPU_REQUIRED=$(CI) $(CARGO) test --locked -p uvgraft-gpu --features wgpu
+	$(CARGO) clippy --locked -p uvgraft-gpu -p uvgraft-cli --all-targets --features uvgraft-gpu/wgpu,uvgraft-cli/gpu \
+		-- -D warnings
+	RUSTDOCFLAGS="-D warnings" $(CARGO) doc --locked -p uvgraft-gpu --features wgpu --no-deps
+
 # Benchmarks each stage, on real meshes if UVGRAFT_DATA names their folder.
 bench:
-	$(CARGO) bench --locked -p uvgraft-tests --bench stages --bench bodies
+	$(CARGO) bench --locked -p uvgraft-tests --bench stages --bench bodies --bench pictures
 
 # Measures how times scale with texture size and number of triangles.
 bench-scaling:

@@ -9,6 +9,7 @@ of threads and the same map. Prints Markdown, and writes JSON next to the images
 """
 
 import argparse
+import itertools
 import json
 import os
 import pathlib
@@ -19,6 +20,7 @@ import sys
 try:
     import cv2
     import numpy as np
+    import PIL.Image
 except ImportError as error:
     sys.exit(f"{error}: pip install -r benches/peers/requirements.txt, or run make bench-peers")
 
@@ -29,15 +31,19 @@ import tables
 HERE = pathlib.Path(__file__).resolve().parent
 DIRECTIONS = {"forward": [], "reverse": ["--reverse"]}
 KINDS = ["smooth", "detailed"]
+# Pillow filters nearly all rows of a PNG by Paeth's prediction, OpenCV by the texel to the left.
+WRITERS = ["OpenCV", "Pillow"]
 # uvgraft's closest filter, by a part of the other library's method name.
 COUNTERPART = {
+    "grid_sample nearest": "nearest",
     "grid_sample bilinear": "bilinear",
     "grid_sample bicubic": "catmull-rom",
+    "INTER_NEAREST": "nearest",
     "INTER_LINEAR": "bilinear",
     "INTER_CUBIC": "catmull-rom",
     "INTER_LANCZOS4": "lanczos3",
 }
-FILTERS = ["bilinear", "catmull-rom", "lanczos3"]
+FILTERS = ["nearest", "bilinear", "catmull-rom", "lanczos3"]
 # From Python a source stays as it is, so the library's job is the one with a copy of it.
 COUNTERPART |= {f"from Python, {name}": f"{name}, source kept" for name in FILTERS}
 
@@ -124,18 +130,21 @@ class Setup:
         size[-1] = self.inner_file
         run(args.uvgraft, "map", pair, *self.options, *size, "--gutter", 0)
         for kind in KINDS:
-            for path, side, seed in zip(self.images(kind), self.sides, (1, 2)):
-                cv2.imwrite(str(path), images.image(kind, side, seed))
+            written = zip(self.sides, (1, 2), *(self.images(kind, writer) for writer in WRITERS))
+            for side, seed, by_opencv, by_pillow in written:
+                image = images.image(kind, side, seed)
+                cv2.imwrite(str(by_opencv), image)
+                PIL.Image.fromarray(image[..., ::-1]).save(by_pillow)
         scene = self.scene("smooth")
         self.arrays = []
         for name, array in (("x", scene.x), ("y", scene.y), ("mask", scene.mask)):
             self.arrays.append(args.work / f"{direction}-{name}.npy")
             np.save(self.arrays[-1], array)
 
-    def images(self, kind):
+    def images(self, kind, writer="OpenCV"):
         """The files of the source and the base."""
         names = zip(("source", "base"), self.sides)
-        return [self.work / f"{kind}-{what}-{side}.png" for what, side in names]
+        return [self.work / f"{kind}-{what}-{side}-{writer}.png" for what, side in names]
 
     def scene(self, kind):
         source, base = (cv2.imread(str(path)) for path in self.images(kind))
@@ -150,8 +159,8 @@ def files(args, pair, setups):
     os.environ["RAYON_NUM_THREADS"] = str(args.threads)
     rows = []
     for setup in setups.values():
-        for kind in KINDS:
-            source, base = setup.images(kind)
+        for kind, writer in itertools.product(KINDS, WRITERS):
+            source, base = setup.images(kind, writer)
             out = {name: setup.result(kind, name) for name in ("uvgraft", "cv2")}
             script = [sys.executable, HERE / "cv2_transfer.py", source, base, *setup.arrays]
             transfer = [args.uvgraft, "transfer", pair, source, "--onto", base, *setup.options]
@@ -168,7 +177,8 @@ def files(args, pair, setups):
                     if turn > 0:
                         taken[name].append(measured)
             for name, runs in taken.items():
-                row = {"direction": setup.direction, "image": kind, "program": name, "runs": runs}
+                row = {"direction": setup.direction, "image": kind, "writer": writer}
+                row |= {"program": name, "runs": runs}
                 for key in ("wall_s", "cpu_s", "peak_bytes"):
                     row[key] = spread([run[key] for run in runs])
                 if name in out:
@@ -222,6 +232,7 @@ def resample(args, pair, setups, report):
         found |= resamplers.python_package(scene, pair, direction == "reverse", FILTERS)
         ways |= {(direction, *way): work for way, work in found.items()}
     bench = [args.uvgraft, "bench", pair, "--both", "--stage", "resample,apply", "--runs", 1, "--json"]
+    bench += ["--filter", ",".join(FILTERS)]
     bench += ["--source-size", args.source_size, "--size", args.target_size]
     bench += ["--threads", args.threads]
     taken = {}
@@ -254,6 +265,7 @@ def markdown(report):
     head = f"{report['cpu']}, {report['threads']} threads, {sizes}; {versions}; medians of {report['runs']}"
     parts = [head, "## Resample in process", tables.resample_table(report["resample"], COUNTERPART)]
     parts += ["## File to file, bilinear", tables.files_table(report["files"])]
+    parts += [tables.writers_line(report["files"])]
     parts += [
         "## How far apart the bilinear results are, in levels of 255",
         tables.differences_table(report["differences"]),

@@ -82,6 +82,8 @@ def opencv(scene):
         ways[name, "whole job", "-1 elsewhere, new array, copyTo"] = script
 
     floats = (scene.x, scene.y)
+    add("cv2 INTER_NEAREST", floats, cv2.INTER_NEAREST)
+    add("cv2 INTER_NEAREST, fixed point", fixed, cv2.INTER_NEAREST)
     add("cv2 INTER_LINEAR", floats, cv2.INTER_LINEAR)
     add("cv2 INTER_LINEAR, fixed point", fixed, cv2.INTER_LINEAR)
     add("cv2 INTER_CUBIC", floats, cv2.INTER_CUBIC)
@@ -119,6 +121,7 @@ def pytorch(scene):
         ways[name, "whole job", "where"] = lambda: job(mode, whole)
         ways[name, "whole job", "where, within the mask's box"] = lambda: job(mode, scene.box)
 
+    add("nearest")
     add("bilinear")
     add("bicubic")
     return ways

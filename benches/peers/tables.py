@@ -39,7 +39,9 @@ def files_table(rows):
     lines = []
     for row in rows:
         same = [
-            other for other in rows if all(other[key] == row[key] for key in ("direction", "image"))
+            other
+            for other in rows
+            if all(other[key] == row[key] for key in ("direction", "image", "writer"))
         ]
         ours = next(other for other in same if other["program"] == "uvgraft")
         ratio = [
@@ -51,7 +53,7 @@ def files_table(rows):
         cells = [
             title,
             row["direction"],
-            row["image"],
+            f"{row['image']}, by {row['writer']}",
             ms(row["wall_s"], 1e3),
             ms(row["cpu_s"], 1e3),
         ]
@@ -59,6 +61,17 @@ def files_table(rows):
         lines.append(cells)
     head = ["", "direction", "image", "wall, ms", "processor, ms", "peak, MB", "output, MB"]
     return table([*head, "wall / processor / peak, times uvgraft's"], lines)
+
+
+def writers_line(rows):
+    """How much more processor time uvgraft takes for what Pillow has written."""
+    found = {}
+    for row in rows:
+        if row["program"] == "uvgraft":
+            kind = found.setdefault(f"{row['image']} {row['direction']}", {})
+            kind[row["writer"]] = row["cpu_s"]["median"]
+    ratios = [f"{kind} {times['Pillow'] / times['OpenCV']:.2f}" for kind, times in found.items()]
+    return f"uvgraft's processor time for files by Pillow, times that by OpenCV: {', '.join(ratios)}"
 
 
 def differences_table(rows):

@@ -7,11 +7,12 @@ use std::collections::HashMap;
 use std::sync::Arc;
 use std::time::Instant;
 
+use uvgraft::blend::Side;
 use uvgraft::correspond::{By, FindOptions, find};
 use uvgraft::piece::Weights;
 use uvgraft::{
-    Channels, Depth, Direction, Encoding, Extent, Filter, Graft, MapOptions, Mesh, Pair, Piece,
-    SamplingMap, Size, Sizes, Texture,
+    Blend, BlendDomain, BlendOptions, Channels, Depth, Direction, Encoding, Extent, Filter, Graft,
+    MapOptions, Mesh, Pair, Piece, SamplingMap, Size, Sizes, Texture,
 };
 use uvgraft_figure::Figure;
 use uvgraft_tests::remeshed::Remeshed;
@@ -90,6 +91,48 @@ fn meshes() {
         let each = time * 1e6 / (triangles + new().stats().covered) as f64;
         println!("| {triangles} | {time:.2} ms | {each:.2} |");
     }
+}
+
+/// Membranes over most of a bumpy sheet, for meshes with more and more triangles.
+fn membranes() {
+    println!("\n| triangles | membrane |");
+    println!("|---|---|");
+    for side in [71_u32, 223, 707] {
+        let across = side + 1;
+        let pair = bumpy_sheet(side);
+        let margin = side / 12;
+        let is_inner = |vertex: &u32| {
+            [vertex % across, vertex / across].iter().all(|k| (margin..across - margin).contains(k))
+        };
+        let inner: Vec<u32> = (0..across * across).filter(is_inner).collect();
+        let domain = BlendDomain::new(Arc::clone(&pair), Direction::Forward);
+        let region = domain.vertices(Side::Target, &inner).expect("a region");
+        let new = || Blend::new(&region, BlendOptions::default().membrane()).expect("a blend");
+        let time = median_ms(3, || (), |()| new());
+        println!("| {} | {time:.0} ms |", pair.target().faces().len());
+    }
+}
+
+/// A sheet of squares with bumps, linked to itself.
+fn bumpy_sheet(side: u32) -> Arc<Pair> {
+    let across = side + 1;
+    let mut rng = fastrand::Rng::with_seed(5);
+    let positions: Vec<[f32; 3]> = (0..across * across)
+        .map(|vertex| {
+            let (x, y) = ((vertex % across) as f32, (vertex / across) as f32);
+            let height = 8.0 * (x * 0.05).sin() * (y * 0.04).cos();
+            [x + 0.4 * rng.f32(), y + 0.4 * rng.f32(), height + 0.3 * rng.f32()]
+        })
+        .collect();
+    let uv = positions.iter().map(|&[x, y, _]| [x, y].map(|k| k / (across + 1) as f32)).collect();
+    let squares = (0..side).flat_map(|y| (0..side).map(move |x| y * across + x));
+    let mut faces: Vec<[u32; 3]> = squares
+        .flat_map(|k| [[k, k + 1, k + across], [k + 1, k + across + 1, k + across]])
+        .collect();
+    rng.shuffle(&mut faces);
+    let mesh = Mesh::from_triangles(positions, uv, &faces, &faces).expect("a sound mesh");
+    let same: Vec<i64> = (0..i64::from(across * across)).collect();
+    Arc::new(Pair::by_vertex_map(mesh.clone(), mesh, &same).expect("a pair"))
 }
 
 /// Heads of other topology and shape, and maps of their pieces beside maps of as many whole triangles.
@@ -180,5 +223,6 @@ fn of_whole_triangles(pair: &Pair) -> Pair {
 fn main() {
     textures();
     meshes();
+    membranes();
     registrations();
 }

@@ -8,7 +8,7 @@ use criterion::{BatchSize, Criterion, criterion_group, criterion_main};
 use uvgraft::blend::{Blend, BlendDomain, BlendOptions, Tone};
 use uvgraft::{
     Channels, Depth, Direction, Encoding, Filter, Graft, MapOptions, NormalFrames, NormalOptions,
-    Pair, SamplingMap, Size, Sizes, Texels, Texture, resample,
+    Pair, SamplingMap, Size, Sizes, Texels, TexelsMut, Texture, resample,
 };
 use uvgraft_io::image::{self, Format, Image, WriteOptions};
 use uvgraft_io::lpips_weights::sdist;
@@ -34,6 +34,43 @@ fn maps(criterion: &mut Criterion, pair: &Pair) {
             let options = MapOptions::with_gutter(gutter_px);
             group.bench_function(format!("{direction:?} {target} gutter {gutter_px}"), |bencher| {
                 bencher.iter(|| SamplingMap::new(pair, direction, target, &options));
+            });
+        }
+    }
+    group.finish();
+}
+
+/// Formats other than opaque 8 bit, beside that one.
+fn formats(criterion: &mut Criterion, pair: &Arc<Pair>) {
+    let mut group = criterion.benchmark_group("format");
+    let detailed = synthetic::detailed(SOURCE, 1);
+    // Opacity that varies from texel to texel, so that nothing is replaced as a whole.
+    let mut translucent = detailed.clone().converted(Channels::Rgba, Depth::U8);
+    if let TexelsMut::U8(values) = translucent.texels_mut() {
+        for (k, texel) in values.as_chunks_mut::<4>().0.iter_mut().enumerate() {
+            texel[3] = 100 + (k % 100) as u8;
+        }
+    }
+    for (name, source) in [
+        ("8 bit", detailed.clone()),
+        ("8 bit with opacity", translucent),
+        ("16 bit", detailed.clone().converted(Channels::Rgb, Depth::U16)),
+        ("float", detailed.converted(Channels::Rgb, Depth::F32)),
+    ] {
+        let (channels, depth) = (source.channels(), source.depth());
+        let base =
+            Texture::filled(TARGET, channels, Encoding::Srgb, depth, &[0.5; 4][..channels.count()])
+                .expect("a sound size");
+        for filter in Filter::ALL {
+            let sizes = Sizes { from: SOURCE, to: TARGET };
+            let graft = Graft::builder(Arc::clone(pair), sizes).filter(filter).build();
+            let graft = graft.expect("sound sizes");
+            group.bench_function(format!("{name} {filter}"), |bencher| {
+                bencher.iter_batched(
+                    || (source.clone(), base.clone()),
+                    |(source, base)| graft.apply(source, base),
+                    BatchSize::PerIteration,
+                );
             });
         }
     }
@@ -250,6 +287,7 @@ fn stages(criterion: &mut Criterion) {
     let pair = real::flame_to_smplx().unwrap_or_else(synthetic::pair);
     maps(criterion, &pair);
     transfers(criterion, &pair);
+    formats(criterion, &pair);
     operators(criterion, &pair);
     blends(criterion, &pair);
     normals(criterion, &pair);

@@ -1,6 +1,8 @@
 //! `uvgraft bench`: the cost of each stage of a transfer on this machine.
 
 mod copy;
+#[cfg(feature = "gpu")]
+mod gpu;
 mod measure;
 mod painting;
 mod report;
@@ -22,7 +24,7 @@ use crate::progress;
 use crate::report::{parse_size, to_stdout};
 use copy::CopyRate;
 use report::{Report, Row};
-use stage::StageKind;
+use stage::{Stage, StageKind};
 use workload::Workload;
 
 /// Benchmark each stage of a transfer on this machine
@@ -64,6 +66,11 @@ pub(crate) struct Args {
     )]
     #[arg(default_values_t = StageKind::ALL)]
     stage: Vec<StageKind>,
+    /// Also benchmark a graphics processor; with `any`, a driver that runs on the CPU will do
+    #[cfg(feature = "gpu")]
+    #[arg(long, value_enum, value_name = "ADAPTER", num_args = 0..=1, require_equals = true)]
+    #[arg(default_missing_value = "hardware")]
+    gpu: Option<gpu::AdapterName>,
     /// Number of timed rounds
     #[arg(long, default_value_t = 5, value_name = "N")]
     #[arg(value_parser = whole_number::<u32>(1..=1000), allow_negative_numbers = true)]
@@ -95,6 +102,8 @@ impl Args {
 
 pub(crate) fn run(args: &Args) -> anyhow::Result<ExitCode> {
     let pair = pair_file::read(&args.pair).or_bad_input()?.pair;
+    #[cfg(feature = "gpu")]
+    let gpu = args.gpu.and_then(gpu::AdapterName::open);
     let copy = CopyRate::measured(args.runs);
     let cases = args.size.len() * args.directions().len();
     let progress = match cases {
@@ -105,7 +114,15 @@ pub(crate) fn run(args: &Args) -> anyhow::Result<ExitCode> {
     for &size in &args.size {
         for &direction in args.directions() {
             progress.set_message(format!("{size}, {direction:?}"));
-            rows.extend(rows_of(args, &pair, direction, size, copy)?);
+            rows.extend(rows_of(
+                args,
+                &pair,
+                direction,
+                size,
+                copy,
+                #[cfg(feature = "gpu")]
+                gpu.as_ref(),
+            )?);
             progress.inc(1);
         }
     }
@@ -124,15 +141,20 @@ fn rows_of(
     direction: Direction,
     size: Size,
     copy: CopyRate,
+    #[cfg(feature = "gpu")] gpu: Option<&uvgraft_gpu::Gpu>,
 ) -> anyhow::Result<Vec<Row>> {
     let (from, to) = match direction {
         Direction::Forward => (args.source_size, size),
         Direction::Reverse => (size, args.source_size),
     };
     let workload = Workload::new(&args.pair, pair, direction, from, to)?;
-    let mut stages = Vec::new();
+    let mut stages: Vec<Stage<'_>> = Vec::new();
     for kind in StageKind::ALL.into_iter().filter(|kind| args.has(*kind)) {
         stages.extend(workload.stages(kind, &args.filters())?);
+    }
+    #[cfg(feature = "gpu")]
+    if let Some(gpu) = gpu {
+        stages.extend(workload.gpu_stages(gpu, &args.filters())?);
     }
     let times = measure::rounds(&mut stages, args.runs)?;
     let rows = stages.iter().zip(times);

@@ -92,6 +92,10 @@ impl Row {
             StageKind::Decode => "decode PNG",
             StageKind::Encode => "encode PNG",
             StageKind::File => "file to file",
+            #[cfg(feature = "gpu")]
+            StageKind::Gpu => "resample on the GPU",
+            #[cfg(feature = "gpu")]
+            StageKind::GpuCarry => "to the GPU and back",
         };
         match self.variant {
             Some(variant) => format!("{title}, {}", variant.title()),

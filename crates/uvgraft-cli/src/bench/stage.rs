@@ -24,6 +24,14 @@ pub(crate) enum StageKind {
     Encode,
     /// Run `uvgraft transfer` from file to file, in this process
     File,
+    /// Resample on a graphics processor, where all textures are and stay
+    #[cfg(feature = "gpu")]
+    #[value(skip)]
+    Gpu,
+    /// The same with the way to the graphics processor and back
+    #[cfg(feature = "gpu")]
+    #[value(skip)]
+    GpuCarry,
 }
 
 impl StageKind {

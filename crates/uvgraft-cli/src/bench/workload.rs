@@ -21,7 +21,7 @@ use super::stage::{InputImage, Stage, StageKind, Variant};
 use crate::transfer;
 
 /// Bytes of an 8-bit RGB texel.
-const TEXEL: usize = 3;
+pub(super) const TEXEL: usize = 3;
 
 /// Textures and files for one direction and size.
 pub(super) struct Workload<'a> {
@@ -32,14 +32,14 @@ pub(super) struct Workload<'a> {
     pub(super) to: Size,
     pair_path: &'a Path,
     pair: &'a Arc<Pair>,
-    source: Texture,
-    base: Texture,
+    pub(super) source: Texture,
+    pub(super) base: Texture,
     source_png: Vec<u8>,
     base_png: Vec<u8>,
     /// Texels of the result covered by the map.
-    filled: usize,
+    pub(super) filled: usize,
     /// Texels of the source that are read.
-    read: usize,
+    pub(super) read: usize,
     folder: TemporaryFolder,
 }
 
@@ -115,6 +115,9 @@ impl<'a> Workload<'a> {
             StageKind::File => {
                 filters.iter().map(|filter| self.file_to_file(*filter)).collect::<Result<_, _>>()?
             }
+            // They need a device, and are made by themselves.
+            #[cfg(feature = "gpu")]
+            StageKind::Gpu | StageKind::GpuCarry => Vec::new(),
         })
     }
 
@@ -229,7 +232,7 @@ impl<'a> Workload<'a> {
         Ok(stage(StageKind::File, variant, Some(self.to.texels()), Some(moved), run))
     }
 
-    fn graft(&self, filter: Filter) -> Result<Graft, GraftError> {
+    pub(super) fn graft(&self, filter: Filter) -> Result<Graft, GraftError> {
         Graft::builder(Arc::clone(self.pair), Sizes { from: self.from, to: self.to })
             .direction(self.direction)
             .filter(filter)
@@ -254,7 +257,7 @@ fn encoded(image: &Image, mut buffer: Vec<u8>) -> anyhow::Result<Vec<u8>> {
     Ok(out.into_inner())
 }
 
-fn stage<'a>(
+pub(super) fn stage<'a>(
     kind: StageKind,
     variant: Option<Variant>,
     texels: Option<usize>,
