@@ -3,6 +3,7 @@
 import json
 import os
 import tarfile
+from statistics import median
 
 import pytest
 from conftest import GOOD, check_reports, contents, paint, run_command
@@ -108,11 +109,11 @@ def test_a_killed_driver_goes_on_where_it_stopped(faces, options, wanted, output
 
 
 def test_memory_is_bounded(ray_cluster, options, output):
-    """Three times as much as the object store holds goes through it, and workers stay small."""
+    """Four times as much as the object store holds goes through it, and workers stay small."""
 
     paint(output.parent / "face.png", 1024, 1)
     face = (output.parent / "face.png").read_bytes()
-    count = 3 * (150 << 20) // len(face)
+    count = 4 * (150 << 20) // len(face)
 
     def load(batch):
         size = len(batch["id"])
@@ -125,13 +126,14 @@ def test_memory_is_bounded(ray_cluster, options, output):
     class Measured(uvgraft_ray.Transfer):
         def __call__(self, batch):
             table = super().__call__(batch)
+            # Of the worker's own: the pages of the object store that it has read are Ray's.
             with open("/proc/self/status") as status:
-                peak = next(int(line.split()[1]) for line in status if line.startswith("VmHWM"))
-            return table.append_column("peak_kb", pa.array([peak] * len(table)))
+                held = next(int(line.split()[1]) for line in status if line.startswith("RssAnon"))
+            return table.append_column("held_kb", pa.array([held] * len(table)))
 
     arguments = {**options, "output": str(output), "size": 256, "resume": None}
-    peaks = [
-        report["peak_kb"]
+    held = [
+        report["held_kb"] * 1024
         for report in dataset.map_batches(
             Measured,
             fn_constructor_kwargs=arguments,
@@ -141,8 +143,10 @@ def test_memory_is_bounded(ray_cluster, options, output):
             compute=ray_cluster.data.ActorPoolStrategy(size=1),
         ).iter_rows()
     ]
-    assert len(peaks) == count
+    assert len(held) == count
     assert len(images(output)) == count
-    # A batch is 8 images; 20 of them would be a leak of a fraction of each.
-    growth = (max(peaks) - max(peaks[:40])) * 1024
-    assert growth < 20 * len(face), f"{growth} bytes over {count} textures"
+    # An allocator keeps the most that a batch of eight needed, and on another thread once more:
+    # medians of whole thirds pass over such steps, and half of each image is over the limit.
+    third = count // 3
+    growth = median(held[-third:]) - median(held[third:-third])
+    assert growth < third * len(face) / 2, f"{growth} bytes over {third} textures of {len(face)}"

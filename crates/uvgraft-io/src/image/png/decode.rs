@@ -1,8 +1,8 @@
 //! Rows out of a PNG, top to bottom.
 //!
 //! The rows of common images are inflated and unfiltered here (4096², detailed, by Pillow: 79 ms;
-//! the `png` crate takes 134). The crate reads what is before
-//! them, and all other images. The checksum of every chunk that matters is verified.
+//! the `png` crate takes 134). The crate reads what is before them, and all other images. The
+//! checksum of every chunk that matters is verified.
 
 use std::io::{BufRead, Seek};
 use std::ops::Range;
