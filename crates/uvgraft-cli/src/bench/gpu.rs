@@ -7,6 +7,7 @@ use uvgraft_gpu::{Adapters, Gpu};
 use super::measure::time;
 use super::stage::{Stage, StageKind, Variant};
 use super::workload::{TEXEL, Workload, stage};
+use crate::failure::{note, warn};
 
 /// Which drivers will do.
 #[derive(Debug, Clone, Copy, ValueEnum)]
@@ -24,11 +25,11 @@ impl AdapterName {
         };
         match Gpu::new(adapters) {
             Ok(gpu) => {
-                eprintln!("graphics processor: {}", gpu.name());
+                note(format_args!("graphics processor: {}", gpu.name()));
                 Some(gpu)
             }
             Err(error) => {
-                eprintln!("{error}; only the CPU is measured");
+                warn(format_args!("{error}; only the CPU is measured"));
                 None
             }
         }
