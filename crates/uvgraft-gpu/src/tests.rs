@@ -85,7 +85,7 @@ fn compare(
     let base = random(sizes.to, channels, encoding, depth, seed + 100);
     for filter in Filter::ALL {
         let graft = Graft::builder(pair(seed), sizes)
-            .direction(if seed % 2 == 0 { Direction::Forward } else { Direction::Reverse })
+            .direction(if seed.is_multiple_of(2) { Direction::Forward } else { Direction::Reverse })
             .content(content)
             .filter(filter)
             .build()
