@@ -14,8 +14,8 @@ use crate::failure::{OrBadInput, bad_input};
 use crate::heatmap;
 use crate::opacity::warn_unless_opaque;
 use crate::picture::check_name;
-use crate::report::to_stdout;
 use crate::scores::{MetricsOption, Region, Scores};
+use crate::terminal;
 
 /// Compare two textures of the same size
 ///
@@ -126,13 +126,12 @@ struct Document<'a> {
 }
 
 fn print(args: &Args, size: Size, scores: &Scores) -> anyhow::Result<ExitCode> {
-    let text = if args.json {
+    if args.json {
         let [a, b] = [&args.a, &args.b].map(|path| path.display().to_string());
-        serde_json::to_string_pretty(&Document { a, b, size, regions: scores })? + "\n"
+        terminal::print_json(&Document { a, b, size, regions: scores })?;
     } else {
-        let (a, b) = (args.a.display(), args.b.display());
-        format!("{a} and {b}, {size} texels\n\n{}", scores.table())
-    };
-    to_stdout(&text)?;
+        let [a, b] = [&args.a, &args.b].map(|path| terminal::path(path));
+        terminal::print(&format!("{a} and {b}, {size} texels\n\n{}", scores.table()))?;
+    }
     Ok(ExitCode::SUCCESS)
 }

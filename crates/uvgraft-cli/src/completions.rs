@@ -6,7 +6,7 @@ use clap::{CommandFactory, ValueEnum};
 use clap_complete::Shell;
 
 use crate::Cli;
-use crate::report::to_stdout;
+use crate::terminal;
 
 /// Print a shell completion script
 ///
@@ -55,6 +55,6 @@ pub(crate) fn run(args: &Args) -> anyhow::Result<ExitCode> {
     let mut script = Vec::new();
     let mut command = Cli::command();
     clap_complete::generate(Shell::from(args.shell), &mut command, "uvgraft", &mut script);
-    to_stdout(&String::from_utf8(script)?)?;
+    terminal::print(&String::from_utf8(script)?)?;
     Ok(ExitCode::SUCCESS)
 }

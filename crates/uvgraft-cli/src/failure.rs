@@ -1,11 +1,11 @@
-//! Errors and their exit codes, and the only place that prints them.
+//! Errors and their exit codes, warnings and notes.
 
 use std::fmt::Display;
 use std::process::ExitCode;
 
 use uvgraft_pipeline::{Event, Failure, Fault, Observer};
 
-use crate::interruption::wait_if_interrupted;
+use crate::terminal;
 
 /// An error that the user can fix: a file, an option, an output path.
 #[derive(Debug)]
@@ -57,24 +57,18 @@ pub(crate) fn report(error: &anyhow::Error) -> ExitCode {
 }
 
 /// Prints an error.
-#[expect(clippy::print_stderr, reason = "the one place that prints errors")]
 pub(crate) fn print(error: impl Display) {
-    wait_if_interrupted();
-    eprintln!("error: {error}");
+    terminal::message("error", error);
 }
 
 /// Prints a warning.
-#[expect(clippy::print_stderr, reason = "the one place that prints warnings")]
 pub(crate) fn warn(message: impl Display) {
-    wait_if_interrupted();
-    eprintln!("warning: {message}");
+    terminal::message("warning", message);
 }
 
 /// Prints a note.
-#[expect(clippy::print_stderr, reason = "the one place that prints notes")]
 pub(crate) fn note(message: impl Display) {
-    wait_if_interrupted();
-    eprintln!("note: {message}");
+    terminal::message("note", message);
 }
 
 /// Prints the notes and warnings of short operations.

@@ -6,25 +6,27 @@
 use std::io::{IsTerminal, Write};
 use std::sync::atomic::{AtomicBool, Ordering};
 
-/// 128 plus the number of SIGINT, as in shells. The other signals use the same code, because
-/// `ctrlc` does not distinguish them.
+/// 128 plus the number of SIGINT, as in shells, for all of the signals.
 const EXIT_CODE: i32 = 130;
 
 static IS_INTERRUPTED: AtomicBool = AtomicBool::new(false);
 
-/// Installs the handler. Signals ignored on behalf of the parent, as by `nohup`, stay ignored;
-/// then, and if the system rejects a handler, nothing is cleaned up.
+/// Handles each signal that is not ignored on behalf of the parent: `nohup` ignores SIGHUP, and
+/// scripts ignore SIGINT for programs in the background. Where the system rejects handlers, signals
+/// end the program without cleaning up, which leaves at most temporary files to a later run.
 pub(crate) fn handle() {
-    let _ = ctrlc::try_set_handler(|| {
-        IS_INTERRUPTED.store(true, Ordering::SeqCst);
-        uvgraft_io::output::abandon_unfinished();
-        let mut stderr = std::io::stderr();
-        // After a progress bar and the terminal's ^C.
-        let start = if stderr.is_terminal() { "\n" } else { "" };
-        // After SIGHUP the terminal may be gone.
-        let _ = writeln!(stderr, "{start}interrupted; unfinished outputs left unchanged");
-        std::process::exit(EXIT_CODE);
-    });
+    signals::handle(end);
+}
+
+fn end() -> ! {
+    IS_INTERRUPTED.store(true, Ordering::SeqCst);
+    uvgraft_io::output::abandon_unfinished();
+    let mut stderr = std::io::stderr();
+    // After a progress bar and the terminal's ^C.
+    let start = if stderr.is_terminal() { "\n" } else { "" };
+    // After SIGHUP the terminal may be gone.
+    let _ = writeln!(stderr, "{start}interrupted; unfinished outputs left unchanged");
+    std::process::exit(EXIT_CODE);
 }
 
 /// Waits for the end of an interrupted program: errors caused by the interruption, such as an
@@ -32,5 +34,53 @@ pub(crate) fn handle() {
 pub(crate) fn wait_if_interrupted() {
     while IS_INTERRUPTED.load(Ordering::SeqCst) {
         std::thread::park();
+    }
+}
+
+#[cfg(unix)]
+mod signals {
+    use std::sync::Arc;
+    use std::sync::atomic::AtomicBool;
+    use std::sync::mpsc::sync_channel;
+    use std::thread;
+
+    use signal_hook::consts::signal::{SIGHUP, SIGINT, SIGTERM, SIGXFSZ};
+    use signal_hook::flag;
+    use signal_hook::iterator::Signals;
+
+    pub(super) fn handle(end: fn() -> !) {
+        // Handled, it makes writing beyond the largest file allowed an error like others.
+        let _ = flag::register(SIGXFSZ, Arc::new(AtomicBool::new(false)));
+        let ignored = ignored();
+        let handled = [SIGINT, SIGTERM, SIGHUP].into_iter().filter(|&signal| !ignored(signal));
+        let handled: Vec<i32> = handled.collect();
+        // Handlers are installed by the thread that waits for them: without it, nothing would end
+        // the program.
+        let (sender, receiver) = sync_channel(1);
+        let waiting = thread::Builder::new().name("signals".to_owned()).spawn(move || {
+            let signals = Signals::new(handled);
+            let _ = sender.send(());
+            if signals.is_ok_and(|mut signals| signals.forever().next().is_some()) {
+                end();
+            }
+        });
+        if waiting.is_ok() {
+            let _ = receiver.recv();
+        }
+    }
+
+    /// Which signals this process ignores. Only Linux tells; elsewhere none is known to be ignored.
+    fn ignored() -> impl Fn(i32) -> bool {
+        let status = std::fs::read_to_string("/proc/self/status").unwrap_or_default();
+        let mask = status.lines().find_map(|line| line.strip_prefix("SigIgn:"));
+        let mask = mask.and_then(|mask| u64::from_str_radix(mask.trim(), 16).ok()).unwrap_or(0);
+        move |signal| mask >> (signal - 1) & 1 == 1
+    }
+}
+
+#[cfg(not(unix))]
+mod signals {
+    pub(super) fn handle(end: fn() -> !) {
+        let _ = ctrlc::try_set_handler(move || end());
     }
 }

@@ -5,8 +5,9 @@ use std::process::ExitCode;
 
 use uvgraft::known::{KnownMesh, MESHES};
 
-use crate::report::{grouped, to_stdout};
+use crate::report::grouped;
 use crate::table::{Align, table};
+use crate::terminal;
 
 /// List the publicly known meshes and UV layouts that are recognised by name
 ///
@@ -21,7 +22,11 @@ pub(crate) struct Args {
 }
 
 pub(crate) fn run(args: &Args) -> anyhow::Result<ExitCode> {
-    to_stdout(&if args.json { serde_json::to_string_pretty(MESHES)? + "\n" } else { text() })?;
+    if args.json {
+        terminal::print_json(&MESHES)?;
+    } else {
+        terminal::print(&text())?;
+    }
     Ok(ExitCode::SUCCESS)
 }
 

@@ -10,6 +10,7 @@ mod avatar;
 mod bench;
 mod blending;
 mod body;
+mod canvas;
 mod compare;
 mod completions;
 mod demo;
@@ -43,6 +44,7 @@ mod scores;
 mod seams;
 mod selfie;
 mod table;
+mod terminal;
 mod transfer;
 mod view;
 pub mod weights;
@@ -50,6 +52,7 @@ pub mod weights;
 use std::ffi::OsString;
 use std::process::ExitCode;
 
+use anyhow::Context;
 use clap::{ArgAction, Parser, Subcommand};
 
 /// Transfer textures between meshes with different UV layouts
@@ -65,7 +68,7 @@ struct Cli {
     command: Command,
     /// Number of threads, 0 for one per processor
     #[arg(long, global = true, default_value_t = 0, value_name = "N", help_heading = heading::GLOBAL)]
-    #[arg(value_parser = number::whole_number::<u16>(0..=1024), allow_negative_numbers = true)]
+    #[arg(value_parser = number::whole_number::<u16>(0..=MAX_THREADS.into()), allow_negative_numbers = true)]
     threads: u16,
     /// Print help: a summary with -h, details with --help
     #[arg(short, long, global = true, action = ArgAction::Help, help_heading = heading::GLOBAL)]
@@ -106,7 +109,16 @@ enum Command {
 /// To be called once in a process, which it takes over: it handles signals, prints, and ends the
 /// process itself after a usage error or an interruption.
 pub fn run(arguments: impl IntoIterator<Item = OsString>) -> ExitCode {
-    let cli = Cli::parse_from(arguments);
+    let cli = Cli::try_parse_from(arguments).unwrap_or_else(|error| {
+        let text = error.render().to_string();
+        if terminal::has_unsafe(&text) {
+            // Without colours, which are control characters too.
+            let what = text.trim_start_matches("error: ").lines().next().unwrap_or_default();
+            terminal::message("error", what);
+            std::process::exit(error.exit_code());
+        }
+        error.exit()
+    });
     interruption::handle();
     let code = match dispatch(&cli) {
         Ok(code) => code,
@@ -136,8 +148,30 @@ pub fn parse_transfer(
     }
 }
 
+/// More would only take longer to start.
+const MAX_THREADS: u16 = 1024;
+
+/// The number of threads to start.
+///
+/// - `asked`: by the option, 0 for one per processor.
+/// - `variable`: the environment variable `RAYON_NUM_THREADS`, which counts if there is no option.
+fn threads(asked: u16, variable: Option<&str>) -> usize {
+    let asked = match asked {
+        0 => variable.and_then(|text| text.trim().parse().ok()).unwrap_or(0),
+        asked => usize::from(asked),
+    };
+    match asked {
+        0 => std::thread::available_parallelism().map_or(1, usize::from),
+        asked => asked.min(usize::from(MAX_THREADS)),
+    }
+}
+
 fn dispatch(cli: &Cli) -> anyhow::Result<ExitCode> {
-    rayon::ThreadPoolBuilder::new().num_threads(usize::from(cli.threads)).build_global()?;
+    let threads = threads(cli.threads, std::env::var("RAYON_NUM_THREADS").ok().as_deref());
+    rayon::ThreadPoolBuilder::new()
+        .num_threads(threads)
+        .build_global()
+        .with_context(|| format!("cannot start {threads} threads"))?;
     match &cli.command {
         Command::Demo(args) => demo::run(args),
         Command::Layouts(args) => layouts::run(args),
@@ -157,5 +191,22 @@ fn dispatch(cli: &Cli) -> anyhow::Result<ExitCode> {
         Command::Weights(args) => weights::run(args),
         Command::Completions(args) => completions::run(args),
         Command::Man(args) => man::run(args),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn threads_are_bounded_however_they_are_asked_for() {
+        let processors = threads(0, None);
+        assert!(processors >= 1);
+        assert_eq!(threads(3, Some("5")), 3);
+        assert_eq!(threads(0, Some("5")), 5);
+        assert_eq!(threads(0, Some("3000")), 1024);
+        for unusable in ["", "0", "-1", "many", "99999999999999999999999"] {
+            assert_eq!(threads(0, Some(unusable)), processors, "{unusable:?}");
+        }
     }
 }

@@ -4,10 +4,10 @@ use std::path::Path;
 
 use anyhow::Context;
 use font8x8::UnicodeFonts;
-use tiny_skia::PixmapMut;
 use uvgraft::{Channels, Encoding, Size, Texels, Texture};
 use uvgraft_io::image::{self, Format, Image};
 
+use crate::canvas::Canvas;
 use crate::failure::bad_input;
 
 /// An 8-bit RGB canvas.
@@ -99,12 +99,12 @@ impl Picture {
     }
 
     /// Draws lines and areas.
-    pub(crate) fn draw(&mut self, paint: impl FnOnce(&mut PixmapMut<'_>)) -> anyhow::Result<()> {
+    pub(crate) fn draw(&mut self, paint: impl FnOnce(&mut Canvas<'_>)) -> anyhow::Result<()> {
         let opaque = |rgb: &[u8]| [rgb[0], rgb[1], rgb[2], 255];
         let mut rgba: Vec<u8> = self.values.chunks_exact(3).flat_map(opaque).collect();
-        let mut pixmap = PixmapMut::from_bytes(&mut rgba, self.size.width, self.size.height)
+        let mut canvas = Canvas::new(&mut rgba, self.size)
             .with_context(|| format!("no canvas of {}", self.size))?;
-        paint(&mut pixmap);
+        paint(&mut canvas);
         for (to, from) in self.values.chunks_exact_mut(3).zip(rgba.chunks_exact(4)) {
             to.copy_from_slice(&from[..3]);
         }

@@ -1,9 +1,7 @@
 //! Reports on pairs.
 
 use std::fmt::Write as _;
-use std::io::{self, Write as _};
 
-use anyhow::Context;
 use serde::Serialize;
 use uvgraft::correspond::surface::SurfaceReport;
 use uvgraft::correspond::table::{TableReport, TableRows};
@@ -12,7 +10,7 @@ use uvgraft::report::{LayoutReport, Percentiles};
 use uvgraft::{PairReport, Recognition, Size, Tile, correspond, recognise};
 use uvgraft_io::pair_file::{PairFile, layout_fingerprint};
 
-use crate::recognition;
+use crate::{recognition, terminal};
 
 /// Texture sizes that a report's texel counts and densities are for.
 #[derive(clap::Args)]
@@ -211,7 +209,7 @@ fn print_with(
 ) -> anyhow::Result<()> {
     let report = PairReport::new(&file.pair, sizes.texels());
     let recognised = [file.pair.source(), file.pair.target()].map(recognise);
-    let text = if json {
+    if json {
         let document = Document {
             source_name: &file.source_name,
             target_name: &file.target_name,
@@ -223,22 +221,10 @@ fn print_with(
             linked,
             report: &report,
         };
-        serde_json::to_string_pretty(&document)? + "\n"
-    } else {
-        let linked = linked.map_or_else(String::new, |linked| linked.text() + "\n");
-        linked + &text(file, &report, &recognised)
-    };
-    to_stdout(&text)
-}
-
-/// Prints the result of a command. A reader may close the pipe early, as in `uvgraft inspect x |
-/// head`.
-pub(crate) fn to_stdout(text: &str) -> anyhow::Result<()> {
-    let mut out = io::stdout().lock();
-    match out.write_all(text.as_bytes()).and_then(|()| out.flush()) {
-        Err(error) if error.kind() == io::ErrorKind::BrokenPipe => Ok(()),
-        result => result.context("cannot print the result"),
+        return terminal::print_json(&document);
     }
+    let linked = linked.map_or_else(String::new, |linked| linked.text() + "\n");
+    terminal::print(&(linked + &text(file, &report, &recognised)))
 }
 
 fn text(file: &PairFile, report: &PairReport, recognised: &[Recognition; 2]) -> String {
@@ -321,7 +307,7 @@ fn text(file: &PairFile, report: &PairReport, recognised: &[Recognition; 2]) -> 
         }
     }
     if !file.note.is_empty() {
-        let _ = writeln!(text, "\nnote: {}", file.note);
+        let _ = writeln!(text, "\nnote: {}", terminal::inline(&file.note));
     }
     text
 }
@@ -354,8 +340,9 @@ fn percent(part: usize, whole: usize) -> String {
 /// A name shortened to fit a column.
 fn short(name: &str) -> String {
     const LENGTH: usize = 17;
+    let name = terminal::inline(name);
     if name.chars().count() <= LENGTH {
-        return name.to_owned();
+        return name.into_owned();
     }
     name.chars().take(LENGTH - 1).chain(['…']).collect()
 }

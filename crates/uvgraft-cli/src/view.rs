@@ -15,7 +15,7 @@ use uvgraft_viewer::{Glb, LookAt, PAGE, Page, Picture, Template};
 
 use crate::failure::{OrBadInput, bad_input, note};
 use crate::render::{Aim, aim};
-use crate::report;
+use crate::terminal;
 
 /// Show a GLB, VRM or glTF file in the browser
 ///
@@ -113,7 +113,7 @@ pub(crate) fn run(args: &Args) -> anyhow::Result<ExitCode> {
     output::write_atomically::<io::Error>(&output, |out| page.write(&template, out))
         .with_context(|| format!("cannot write {}", output.display()))?;
 
-    report::to_stdout(&format!("wrote {}\n", output.display()))?;
+    terminal::print(&format!("wrote {}\n", terminal::path(&output)))?;
     if !args.no_open {
         if !can_open() {
             note("no display to open the page on; open it in a browser");

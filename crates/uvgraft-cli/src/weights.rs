@@ -15,7 +15,7 @@ use uvgraft_metrics::lpips::{Lpips, LpipsNetwork};
 use uvgraft_pipeline::Outputs;
 
 use crate::failure::{OrBadInput, bad_input};
-use crate::report;
+use crate::terminal;
 
 /// Overrides the path of the LPIPS weights in the user's data folder.
 const LPIPS_VARIABLE: &str = "UVGRAFT_WEIGHTS";
@@ -82,7 +82,7 @@ pub(crate) fn run(args: &Args) -> anyhow::Result<ExitCode> {
         Command::Import { files } => import(files)?,
         Command::Path { faces } => {
             let path = if *faces { face_path()? } else { lpips_path()? };
-            report::to_stdout(&format!("{}\n", path.display()))?;
+            terminal::print(&format!("{}\n", terminal::path(&path)))?;
         }
     }
     Ok(ExitCode::SUCCESS)
@@ -112,7 +112,7 @@ fn import(files: &[PathBuf]) -> anyhow::Result<()> {
         face_networks::write(&networks, &output)
             .with_context(|| format!("cannot write {}", output.display()))?;
         face_models()?.with_context(|| format!("{} has disappeared", output.display()))?;
-        report::to_stdout(&format!("wrote {}\n", output.display()))?;
+        terminal::print(&format!("wrote {}\n", terminal::path(&output)))?;
     }
     if let Some(both) = lpips {
         let output = lpips_path()?;
@@ -123,7 +123,7 @@ fn import(files: &[PathBuf]) -> anyhow::Result<()> {
             self::lpips(network)?
                 .with_context(|| format!("{} has disappeared", output.display()))?;
         }
-        report::to_stdout(&format!("wrote {}\n", output.display()))?;
+        terminal::print(&format!("wrote {}\n", terminal::path(&output)))?;
     }
     Ok(())
 }

@@ -332,6 +332,49 @@ fn outputs_of_a_transfer() {
     }
 }
 
+#[cfg(unix)]
+#[test]
+fn outputs_that_cannot_be_replaced() {
+    let bench = Bench::new();
+    bench.paint("face.png", (16, 16), Channels::Rgb, &[1, 2, 3]);
+    link(&bench, "two.png", "one.png");
+    link(&bench, "one.png", "two.png");
+    link(&bench, "none/out.png", "dangling.png");
+    let long = format!("{}.png", "n".repeat(300));
+    for (output, wanted) in [
+        ("one.png", "cannot write one.png: symbolic links must not lead to themselves"),
+        ("dangling.png", "none does not exist"),
+        (&long, "the name is too long for its folder"),
+    ] {
+        bench.refuse(&format!("transfer my.uvpair face.png --size 16 -o {output}"), &[wanted]);
+        bench.refuse(&format!("inspect my.uvpair --preview {output}"), &[wanted]);
+    }
+}
+
+/// Such files stay what they are even for root.
+#[cfg(target_os = "linux")]
+#[test]
+fn immutable_outputs() {
+    let bench = Bench::new();
+    bench.paint("face.png", (16, 16), Channels::Rgb, &[1, 2, 3]);
+    bench.write("out.png", "old");
+    let chattr = |change: &str| {
+        let mut run = std::process::Command::new("chattr");
+        run.arg(change).arg(bench.path("out.png")).stderr(std::process::Stdio::null());
+        run.status().is_ok_and(|status| status.success())
+    };
+    if !chattr("+i") {
+        eprintln!("skipped: files cannot be made immutable here");
+        return;
+    }
+    let run = bench.run("transfer my.uvpair face.png --size 16 -o out.png");
+    assert!(chattr("-i"));
+    assert_eq!(run.code, Some(2), "{run:?}");
+    let wanted = "error: cannot write out.png: immutable or append-only file\n";
+    assert_eq!(run.stderr, wanted);
+    assert_eq!(bench.bytes("out.png"), b"old");
+}
+
 #[test]
 fn several_textures() {
     let bench = Bench::new();

@@ -1,5 +1,6 @@
 //! Transfers one texture, with what it shares with others.
 
+use std::io::ErrorKind;
 use std::path::Path;
 use std::sync::atomic::{AtomicU32, Ordering};
 use std::sync::{Arc, OnceLock};
@@ -342,8 +343,15 @@ pub(crate) fn losses(written: &Written, path: &Path) -> Vec<String> {
 /// The error of a file that was checked to be writable, classified by fault.
 pub(crate) fn write_failure(error: WriteError) -> Failure {
     match error {
-        // By now the disk is full or gone.
-        WriteError::Encode { reason: EncodeError::Io(_), .. } => Failure::work(error),
+        // By now the disk is full or gone, unless somebody has just taken the right to write.
+        WriteError::Encode { reason: EncodeError::Io(ref reason), .. }
+            if !matches!(
+                reason.kind(),
+                ErrorKind::PermissionDenied | ErrorKind::ReadOnlyFilesystem
+            ) =>
+        {
+            Failure::work(error)
+        }
         error => Failure::input(error),
     }
 }

@@ -1,7 +1,11 @@
 //! Checks of output paths before any work starts.
 
 use std::collections::{HashMap, HashSet};
+use std::fs::OpenOptions;
+use std::io::ErrorKind;
 use std::path::{Path, PathBuf};
+
+use uvgraft_io::output;
 
 use crate::failure::{Failure, Result};
 
@@ -33,7 +37,7 @@ impl Outputs {
     /// As [`Outputs::check`], but folders below `root` need not exist, since they will be created.
     pub(crate) fn check_below(&mut self, root: &Path, output: &Path) -> Result<()> {
         let name = output.display();
-        check_replaceable(output)?;
+        let target = check_replaceable(output)?;
         let resolved = self.resolver.resolve(output);
         if self.inputs.contains(&resolved) {
             return Err(Failure::input(format!(
@@ -45,10 +49,15 @@ impl Outputs {
                 "two outputs have the name {name}; choose different names"
             )));
         }
-        let folder = folder_of(output);
+        let folder = folder_of(&target);
         if !self.writable.contains(folder) {
             let mut existing = folder;
-            while existing != root && existing.starts_with(root) && !existing.exists() {
+            // What a link leads to is not created.
+            while target == output
+                && existing != root
+                && existing.starts_with(root)
+                && !existing.exists()
+            {
                 existing = folder_of(existing);
             }
             can_write_into(existing)
@@ -60,20 +69,43 @@ impl Outputs {
     }
 }
 
-/// Checks that an existing output is a file that may be replaced.
-pub(crate) fn check_replaceable(output: &Path) -> Result<()> {
-    let Ok(found) = output.metadata() else { return Ok(()) };
-    let reason = if found.is_dir() {
-        "must be a file, but is a folder"
+/// Checks that an output has a name that a file can have, and that an existing one is a file that may
+/// be replaced. Returns where symbolic links lead.
+pub(crate) fn check_replaceable(output: &Path) -> Result<PathBuf> {
+    let name = output.display();
+    let refused = |reason: &str| Err(Failure::input(format!("cannot write {name}: {reason}")));
+    let target = match output::target_of(output) {
+        Ok(target) => target,
+        Err(error) if error.kind() == ErrorKind::InvalidFilename => {
+            return refused("the name is too long for its folder");
+        }
+        // That it is no folder is told with the folder.
+        Err(error) if error.kind() == ErrorKind::NotADirectory => return Ok(output.to_path_buf()),
+        Err(error) => return refused(&error.to_string()),
+    };
+    let Ok(found) = target.metadata() else { return Ok(target) };
+    if found.is_dir() {
+        refused("must be a file, but is a folder")
     } else if !found.is_file() {
         // Renaming the output into place would replace a device or a pipe by a file.
-        "not a regular file"
+        refused("not a regular file")
     } else if found.permissions().readonly() {
-        "read-only file"
+        refused("read-only file")
+    } else if is_immutable(&target) {
+        refused("immutable or append-only file")
     } else {
-        return Ok(());
-    };
-    Err(Failure::input(format!("cannot write {}: {reason}", output.display())))
+        Ok(target)
+    }
+}
+
+/// Whether the file system keeps a file from being replaced, whoever asks.
+fn is_immutable(file: &Path) -> bool {
+    /// `EPERM`, which is the same number on all systems that have it. A file of somebody else is
+    /// `EACCES` instead, and may be replaced if its folder allows it.
+    const NOT_PERMITTED: i32 = 1;
+    // Nothing is written.
+    let opened = OpenOptions::new().write(true).open(file);
+    cfg!(unix) && opened.is_err_and(|error| error.raw_os_error() == Some(NOT_PERMITTED))
 }
 
 /// Checks that a folder can be created.
@@ -92,11 +124,7 @@ fn can_write_into(folder: &Path) -> Result<()> {
     }
     // Creating a file is the only reliable test. The kind of the error is the reason; its text
     // would name a temporary file unknown to the user.
-    tempfile::Builder::new()
-        .prefix(".uvgraft-")
-        .suffix(".tmp")
-        .tempfile_in(folder)
-        .map(drop)
+    output::check_folder(folder)
         .map_err(|error| Failure::input(format!("folder {}: {}", folder.display(), error.kind())))
 }
 

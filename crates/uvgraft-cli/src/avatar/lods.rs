@@ -11,6 +11,7 @@ use crate::failure::{OrBadInput, bad_input};
 use crate::heading;
 use crate::number::whole_number;
 use crate::report::grouped;
+use crate::terminal;
 
 /// Options for coarser levels.
 #[derive(clap::Args)]
@@ -121,7 +122,7 @@ impl Levels {
                 1e3 * level.deviation.most,
             );
             if let Some((path, bytes)) = files.get(index) {
-                let _ = write!(text, ", {}, {:.1} MB", path.display(), *bytes as f64 / 1e6);
+                let _ = write!(text, ", {}, {:.1} MB", terminal::path(path), *bytes as f64 / 1e6);
             }
             (format!("level {}", index + 1), text)
         };

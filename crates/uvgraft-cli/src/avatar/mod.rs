@@ -41,7 +41,8 @@ use crate::heading;
 use crate::number::whole_number;
 use crate::preference::PreferName;
 use crate::region::RegionArgs;
-use crate::report::{grouped, parse_size, to_stdout};
+use crate::report::{grouped, parse_size};
+use crate::terminal;
 use body::Body;
 use dress::Dressed;
 use face::Face;
@@ -221,7 +222,7 @@ impl From<TextureName> for PictureFormat {
 }
 
 pub(crate) fn run(args: &Args) -> anyhow::Result<ExitCode> {
-    to_stdout(&make(args)?)?;
+    terminal::print(&make(args)?)?;
     Ok(ExitCode::SUCCESS)
 }
 

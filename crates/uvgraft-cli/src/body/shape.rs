@@ -10,7 +10,7 @@ use uvgraft_io::{model_mesh, obj};
 use uvgraft_pipeline::Outputs;
 
 use crate::failure::{OrBadInput, bad_input};
-use crate::report::to_stdout;
+use crate::terminal;
 
 /// Shape the open body, and write it as a mesh or a model
 #[derive(clap::Args)]
@@ -94,7 +94,7 @@ pub(super) fn run(args: &Args) -> anyhow::Result<()> {
         }
         save_npz_compressed(&arrays, output).with_context(cannot)?;
     }
-    to_stdout(&format!("wrote {}: {height:.2} m tall\n", output.display()))
+    terminal::print(&format!("wrote {}: {height:.2} m tall\n", terminal::path(output)))
 }
 
 #[cfg(test)]

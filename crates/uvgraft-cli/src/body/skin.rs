@@ -12,7 +12,8 @@ use uvgraft_pipeline::Outputs;
 
 use crate::failure::{OrBadInput, bad_input};
 use crate::picture::check_name;
-use crate::report::{parse_size, to_stdout};
+use crate::report::parse_size;
+use crate::terminal;
 
 /// Colour of the hair cap.
 const HAIR: [f32; 3] = [0.17, 0.115, 0.085];
@@ -86,7 +87,7 @@ pub(super) fn run(args: &Args) -> anyhow::Result<()> {
     let skin = painted(&args.model, args.size, &options)?;
     let _ = image::write(&Image::from(skin), &args.output, &WriteOptions::default())
         .with_context(|| format!("cannot write {}", args.output.display()))?;
-    to_stdout(&format!("wrote {}: {} texels\n", args.output.display(), args.size))
+    terminal::print(&format!("wrote {}: {} texels\n", terminal::path(&args.output), args.size))
 }
 
 /// The skin of the open body in a usual tone; `None` for other models.

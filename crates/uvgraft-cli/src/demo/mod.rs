@@ -26,7 +26,8 @@ use uvgraft_viewer::PAGE;
 use crate::failure::OrBadInput;
 use crate::picture::Picture;
 use crate::preview;
-use crate::report::{grouped, parse_size, to_stdout};
+use crate::report::{grouped, parse_size};
+use crate::terminal;
 use crate::view;
 use blending::Blends;
 use views::{FACE, FULL, render};
@@ -224,7 +225,7 @@ fn print(steps: &Steps, outputs: &Outputs<'_>, has_selfie: bool) -> anyhow::Resu
     for (name, what, took) in &steps.steps {
         let _ = writeln!(text, "{name:<10} {:>8.1} ms   {what}", took.as_secs_f64() * 1e3);
     }
-    let _ = writeln!(text, "\nFiles in {}:", outputs.folder.display());
+    let _ = writeln!(text, "\nFiles in {}:", terminal::path(outputs.folder));
     for (name, what) in &outputs.written {
         let _ = writeln!(text, "  {name:<20} {what}");
     }
@@ -256,7 +257,7 @@ fn print(steps: &Steps, outputs: &Outputs<'_>, has_selfie: bool) -> anyhow::Resu
              scripts/build-viewer.sh and build with the feature `viewer`"
         );
     }
-    to_stdout(&text)
+    terminal::print(&text)
 }
 
 /// How long each step took.

@@ -13,7 +13,8 @@ use super::layout_picture;
 use crate::mesh_file::{self, LoadedMesh, MeshFile};
 use crate::picture::check_name;
 use crate::recognition::{self, triangles};
-use crate::report::{grouped, to_stdout};
+use crate::report::grouped;
+use crate::terminal;
 
 /// Print the report of a mesh and its UV layout
 ///
@@ -42,11 +43,11 @@ pub(super) fn run(args: &Args) -> anyhow::Result<ExitCode> {
     let LoadedMesh { mesh, name } = mesh_file::read(&args.mesh)?;
     let report = MeshReport::new(&mesh);
     let parts = part_names(mesh.parts());
-    to_stdout(&if args.json {
-        serde_json::to_string_pretty(&Document { parts: &parts, report: &report })? + "\n"
+    if args.json {
+        terminal::print_json(&Document { parts: &parts, report: &report })?;
     } else {
-        text(&report, &parts)
-    })?;
+        terminal::print(&text(&report, &parts))?;
+    }
     if let Some(path) = &args.preview {
         layout_picture::write(&mesh, &report, &name, path)?;
     }
@@ -90,7 +91,8 @@ fn text(report: &MeshReport, parts: &[String]) -> String {
         row("polygons", grouped(report.polygons));
     }
     if !parts.is_empty() {
-        row("parts", listed(parts));
+        let names: Vec<_> = parts.iter().map(|name| terminal::inline(name).into_owned()).collect();
+        row("parts", listed(&names));
     }
     row("connected components", grouped(report.components));
     row(

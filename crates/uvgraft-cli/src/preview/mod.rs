@@ -8,12 +8,12 @@ mod surfaces;
 use std::path::Path;
 use std::sync::Arc;
 
-use tiny_skia::{Color, Paint, PathBuilder, Stroke, Transform};
 use uvgraft::correspond::surface::SurfaceReport;
 use uvgraft::islands::Islands;
 use uvgraft::{Blend, Direction, Graft, MapOptions, Mesh, SamplingMap, Size, Sizes, Texture};
 use uvgraft_io::pair_file::PairFile;
 
+use crate::canvas::Pen;
 use crate::picture::{Picture, Rgb};
 use crate::report::grouped;
 
@@ -183,35 +183,15 @@ fn place_color([u, v]: [f64; 2]) -> Rgb {
 
 /// Draws the wireframe of a layout faintly and the borders of its islands clearly.
 pub(crate) fn draw_lines(mesh: &Mesh, panel: &mut Picture) -> anyhow::Result<()> {
-    let at = |index: u32| mesh.uv()[index as usize].map(|coordinate| coordinate * PANEL as f32);
-    let mut wires = PathBuilder::new();
-    for corners in mesh.uv_faces() {
-        let [a, b, c] = corners.map(at);
-        wires.move_to(a[0], a[1]);
-        wires.line_to(b[0], b[1]);
-        wires.line_to(c[0], c[1]);
-        wires.close();
-    }
-    let mut borders = PathBuilder::new();
-    for edge in Islands::new(mesh).boundary_edges() {
-        let corners = mesh.uv_faces()[edge.face as usize];
-        let [a, b] = [0, 1].map(|k| at(corners[(usize::from(edge.corner) + k) % 3]));
-        borders.move_to(a[0], a[1]);
-        borders.line_to(b[0], b[1]);
-    }
-    let strokes = [
-        (wires, Color::from_rgba8(0, 0, 0, 70), 0.6),
-        (borders, Color::from_rgba8(255, 255, 255, 220), 1.4),
-    ];
-    panel.draw(|pixmap| {
-        for (path, color, width) in strokes {
-            let mut paint = Paint::default();
-            paint.set_color(color);
-            paint.anti_alias = true;
-            let stroke = Stroke { width, ..Stroke::default() };
-            if let Some(path) = path.finish() {
-                pixmap.stroke_path(&path, &paint, &stroke, Transform::identity(), None);
-            }
+    let at = |index: u32| mesh.uv()[index as usize].map(|value| f64::from(value * PANEL as f32));
+    panel.draw(|canvas| {
+        let [mut wires, mut borders] = [canvas.lines(), canvas.lines()];
+        mesh.uv_faces().iter().for_each(|corners| wires.add_triangle(corners.map(at)));
+        for edge in Islands::new(mesh).boundary_edges() {
+            let corners = mesh.uv_faces()[edge.face as usize];
+            borders.add([0, 1].map(|k| at(corners[(usize::from(edge.corner) + k) % 3])));
         }
+        canvas.draw(wires, Pen::flat([0; 3], 70, 0.6));
+        canvas.draw(borders, Pen::flat([255; 3], 220, 1.4));
     })
 }

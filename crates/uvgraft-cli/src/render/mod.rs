@@ -19,7 +19,8 @@ use self::options::{PoseOption, Weight};
 use self::output::Output;
 use crate::failure::{OrBadInput, bad_input};
 use crate::heading;
-use crate::report::{parse_size, to_stdout};
+use crate::report::parse_size;
+use crate::terminal;
 
 /// Render a GLB, VRM or glTF file as an image or an animation
 ///
@@ -161,7 +162,7 @@ pub(crate) fn run(args: &Args) -> anyhow::Result<ExitCode> {
         Ok(renderer.render(&drawn, &views[index], &options, args.size))
     })?;
     if args.print_camera {
-        to_stdout(&format!("{}\n", serde_json::to_string(&views[0])?))?;
+        terminal::print(&format!("{}\n", serde_json::to_string(&views[0])?))?;
     }
     Ok(ExitCode::SUCCESS)
 }

@@ -21,8 +21,9 @@ use crate::heatmap;
 use crate::number::whole_number;
 use crate::opacity::{over_black, warn_unless_opaque};
 use crate::progress;
-use crate::report::{parse_size, to_stdout};
+use crate::report::parse_size;
 use crate::scores::{MetricsOption, Region, Scores};
+use crate::terminal;
 use method::{Course, Method, Trip};
 use report::{Outcome, Report};
 
@@ -202,12 +203,12 @@ pub(crate) fn run(args: &Args) -> anyhow::Result<ExitCode> {
         threads: rayon::current_num_threads(),
         outcomes,
     };
-    let (markdown, json) = (report.markdown(), serde_json::to_string_pretty(&report)? + "\n");
+    let (markdown, json) = (report.markdown(), terminal::json(&report)?);
     if let Some(folder) = &folder {
         folder.save("report.md", &markdown)?;
         folder.save("report.json", &json)?;
     }
-    to_stdout(if args.json { &json } else { &markdown })?;
+    terminal::print(if args.json { &json } else { &markdown })?;
     Ok(ExitCode::SUCCESS)
 }
 

@@ -11,6 +11,7 @@ use crate::fitting::FitSummary;
 use crate::report::grouped;
 use crate::scores::Scores;
 use crate::table::{Align, table};
+use crate::terminal;
 
 /// The whole report.
 #[derive(Serialize)]
@@ -58,10 +59,14 @@ impl Outcome {
 impl Report {
     /// Scores over the whole image, scores over the transferred region, and times.
     pub(super) fn markdown(&self) -> String {
-        let [from, other] = &self.layouts;
+        let [from, other] = self.layouts.each_ref().map(|name| terminal::inline(name));
         let mut text = format!(
             "# Round trip of {} ({from})\n\n{} → {} ({other}) → {}, pair {}\n",
-            self.texture, self.size, self.via, self.size, self.pair
+            terminal::inline(&self.texture),
+            self.size,
+            self.via,
+            self.size,
+            terminal::inline(&self.pair)
         );
         let share = 100.0 * self.linked as f64 / self.size.texels() as f64;
         let titles = [

@@ -4,8 +4,9 @@
 use uvgraft::{Size, Texture};
 use uvgraft_metrics::seams::{SeamEdge, Step, Unfolded};
 
-use super::lines::{BEHIND, line, ring, shown};
+use super::colors::{BEHIND, shown};
 use super::report::texel;
+use crate::canvas::Pen;
 use crate::picture::{Picture, Rgb};
 
 /// Side of a crop, in pixels.
@@ -50,11 +51,11 @@ impl<'a> EdgeCrop<'a> {
         let ends =
             self.edge.sides[side].uv.map(|uv| pixel(texel(uv.map(f64::from), self.texture.size())));
         let taken = pixel(taken(self.texture, self.step, side));
-        picture.draw(|pixmap| {
-            line(pixmap, ends, BLACK, 150, 3.6);
-            line(pixmap, ends, WHITE, 255, 1.6);
-            ring(pixmap, taken, 4.0, BLACK, 170, 3.2);
-            ring(pixmap, taken, 4.0, WHITE, 255, 1.4);
+        picture.draw(|canvas| {
+            canvas.line(ends, Pen::round(BLACK, 150, 3.6));
+            canvas.line(ends, Pen::round(WHITE, 255, 1.6));
+            canvas.ring(taken, 4.0, Pen::round(BLACK, 170, 3.2));
+            canvas.ring(taken, 4.0, Pen::round(WHITE, 255, 1.4));
         })?;
         Ok(picture)
     }
@@ -80,11 +81,11 @@ impl<'a> EdgeCrop<'a> {
             }
         }
         let middle = f64::from(CROP) / 2.0;
-        picture.draw(|pixmap| {
+        picture.draw(|canvas| {
             for ends in [[0.0, 12.0], [f64::from(CROP) - 12.0, f64::from(CROP)]] {
                 let ends = ends.map(|y| [middle, y]);
-                line(pixmap, ends, BLACK, 150, 3.6);
-                line(pixmap, ends, WHITE, 255, 1.6);
+                canvas.line(ends, Pen::round(BLACK, 150, 3.6));
+                canvas.line(ends, Pen::round(WHITE, 255, 1.6));
             }
         })?;
         Ok(picture)

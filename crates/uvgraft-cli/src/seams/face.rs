@@ -4,7 +4,7 @@ use uvgraft::islands::Islands;
 use uvgraft::{Anatomy, Area, Mesh, Size, Texture};
 use uvgraft_metrics::seams::{SkinColors, ToneMatch};
 
-use super::lines::{UNKNOWN, shown};
+use super::colors::{UNKNOWN, shown};
 use super::style::{TEXT, TITLE};
 use super::tone;
 use crate::picture::{Picture, Rgb};

@@ -1,8 +1,9 @@
 //! `uvgraft seams`: the visibility of the seams of a texture.
 
+mod colors;
 mod crops;
 mod face;
-mod lines;
+
 mod picture;
 mod region;
 mod report;

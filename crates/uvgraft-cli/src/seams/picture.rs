@@ -4,11 +4,12 @@
 use uvgraft::{Mesh, Size, Texture};
 use uvgraft_metrics::seams::{EdgeGroup, SeamEdge, SeamReport, Step, Unfolded};
 
+use super::colors::{BEHIND, TOP, blend, edge_color, shown, step_color};
 use super::crops::{CROP, EdgeCrop};
 use super::face::Face;
-use super::lines::{BEHIND, TOP, blend, edge_color, line, ring, shown, step_color};
 use super::report::{Subject, kind, worst};
 use super::style::{TEXT, TITLE};
+use crate::canvas::Pen;
 use crate::picture::{Picture, Rgb};
 use crate::report::grouped;
 
@@ -135,18 +136,18 @@ fn layout(
         let mean = |edge: &SeamEdge| edge.mean.unwrap_or(-1.0);
         a.is_rim.cmp(&b.is_rim).then(mean(a).total_cmp(&mean(b)))
     });
-    panel.draw(|pixmap| {
+    panel.draw(|canvas| {
         for edge in edges {
             for side in &edge.sides {
                 let ends = side.uv.map(|uv| pixel(uv.map(f64::from)));
                 let width = if edge.is_rim { 3.0 } else { 2.2 };
-                line(pixmap, ends, edge_color(edge), 255, width);
+                canvas.line(ends, Pen::round(edge_color(edge), 255, width));
             }
         }
         for (_, step) in places {
             for uv in step.uv {
-                ring(pixmap, pixel(uv), 8.0, [0; 3], 150, 4.0);
-                ring(pixmap, pixel(uv), 8.0, [255; 3], 255, 1.8);
+                canvas.ring(pixel(uv), 8.0, Pen::round([0; 3], 150, 4.0));
+                canvas.ring(pixel(uv), 8.0, Pen::round([255; 3], 255, 1.8));
             }
         }
     })?;

@@ -7,8 +7,9 @@ use uvgraft::Size;
 use uvgraft_metrics::seams::{EdgeGroup, Offset, SeamEdge, SeamNotes, SeamReport, Step, ToneMatch};
 
 use super::tone;
-use crate::report::{grouped, to_stdout};
+use crate::report::grouped;
 use crate::table::{Align, table};
+use crate::terminal;
 
 /// The measurement.
 pub(super) struct Subject {
@@ -53,12 +54,11 @@ pub(super) fn print(
     tone: Option<&ToneMatch>,
     json: bool,
 ) -> anyhow::Result<()> {
-    let text = if json {
-        serde_json::to_string_pretty(&Document::new(subject, seams, tone))? + "\n"
+    if json {
+        terminal::print_json(&Document::new(subject, seams, tone))
     } else {
-        text(subject, seams, tone)
-    };
-    to_stdout(&text)
+        terminal::print(&text(subject, seams, tone))
+    }
 }
 
 #[derive(Serialize)]
@@ -158,9 +158,9 @@ fn text(subject: &Subject, seams: &SeamReport, tone: Option<&ToneMatch>) -> Stri
     let mut text = format!(
         "{}, {} texels, on {}; the region is {}\n\
          colour differences (CIEDE2000) across edges, sampled {} from the edge on either side\n\n",
-        subject.texture,
+        terminal::inline(&subject.texture),
         subject.size,
-        subject.mesh,
+        terminal::inline(&subject.mesh),
         subject.region,
         subject.offset(),
     );

@@ -25,7 +25,8 @@ use crate::failure::{bad_input, warn};
 use crate::heading;
 use crate::mesh_file::{self, MeshFile};
 use crate::picture::check_name;
-use crate::report::{parse_size, to_stdout};
+use crate::report::parse_size;
+use crate::terminal;
 pub(crate) use frames::Frames;
 pub(crate) use made::{GivenHead, Selfie};
 pub(crate) use options::PhotoArgs;
@@ -106,7 +107,7 @@ pub(crate) fn run(args: &Args) -> anyhow::Result<ExitCode> {
         text += &summary::output("contact sheet", path);
     }
     selfie.warn();
-    to_stdout(&text)?;
+    terminal::print(&text)?;
     Ok(ExitCode::SUCCESS)
 }
 

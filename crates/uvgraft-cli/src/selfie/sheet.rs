@@ -4,7 +4,6 @@
 use std::path::Path;
 
 use glam::DVec3;
-use tiny_skia::{Color, Paint, PathBuilder, PixmapMut, Stroke, Transform};
 use uvgraft::{
     Averaging, Channels, Depth, Encoding, Filter, Mesh, Size, Texels, Texture, TextureError,
 };
@@ -14,6 +13,7 @@ use uvgraft_selfie::depth_map::DepthMap;
 use super::made::Selfie;
 use super::photo::Photo;
 use super::window::Bounds;
+use crate::canvas::Pen;
 use crate::picture::Picture;
 use crate::preview::{BACKGROUND, MARGIN};
 
@@ -135,19 +135,8 @@ impl PhotoView {
     fn landmarks(&self, photo: &Photo, pixels: &Texture) -> anyhow::Result<Texture> {
         let mut panel = Picture::new(Size::square(PANEL), BACKGROUND);
         panel.paste(&self.picture(pixels)?, 0, 0);
-        panel.draw(|canvas| {
-            let mut path = PathBuilder::new();
-            for &[x, y, _] in &photo.landmarks.points {
-                let [x, y] = self.point(photo, [x, y]).map(|value| value as f32);
-                path.push_circle(x, y, 1.4);
-            }
-            let mut paint = Paint { anti_alias: true, ..Paint::default() };
-            paint.set_color(Color::from_rgba8(90, 255, 120, 235));
-            if let Some(path) = path.finish() {
-                let rule = tiny_skia::FillRule::Winding;
-                canvas.fill_path(&path, &paint, rule, Transform::identity(), None);
-            }
-        })?;
+        let points = photo.landmarks.points.iter().map(|&[x, y, _]| self.point(photo, [x, y]));
+        panel.draw(|canvas| canvas.dots(points, 1.4, [90, 255, 120], 235))?;
         panel.into_texture()
     }
 
@@ -166,7 +155,12 @@ impl PhotoView {
         let mut panel = Picture::new(Size::square(PANEL), BACKGROUND);
         panel.paste(&self.picture(&selfie.pixels[index])?, 0, 0);
         let lines = seen_edges(selfie.head.mesh(), &projected, selfie.head.unit());
-        panel.draw(|canvas| draw_lines(canvas, &lines))?;
+        panel.draw(|canvas| {
+            let mut edges = canvas.lines();
+            lines.iter().for_each(|&ends| edges.add(ends));
+            let pen = Pen::flat([120, 220, 255], 110, 0.8);
+            canvas.draw(edges, pen);
+        })?;
         panel.into_texture()
     }
 }
@@ -198,20 +192,6 @@ fn seen_edges(mesh: &Mesh, projected: &[[f64; 3]], unit: f64) -> Vec<[[f64; 2]; 
         }
     }
     lines
-}
-
-fn draw_lines(canvas: &mut PixmapMut<'_>, lines: &[[[f64; 2]; 2]]) {
-    let mut path = PathBuilder::new();
-    for [from, to] in lines {
-        path.move_to(from[0] as f32, from[1] as f32);
-        path.line_to(to[0] as f32, to[1] as f32);
-    }
-    let mut paint = Paint { anti_alias: true, ..Paint::default() };
-    paint.set_color(Color::from_rgba8(120, 220, 255, 110));
-    let stroke = Stroke { width: 0.8, ..Stroke::default() };
-    if let Some(path) = path.finish() {
-        canvas.stroke_path(&path, &paint, &stroke, Transform::identity(), None);
-    }
 }
 
 /// The texture, darkened where it is not known.

@@ -9,6 +9,7 @@ use super::made::Selfie;
 use super::photo::{FocalSource, Photo};
 use crate::failure::warn;
 use crate::report::grouped;
+use crate::terminal;
 
 impl Selfie {
     /// Prints warnings about what may look worse than it could.
@@ -92,5 +93,5 @@ impl Selfie {
 
 /// The line of an output.
 pub(super) fn output(what: &str, path: &Path) -> String {
-    format!("{what:<14} {}\n", path.display())
+    format!("{what:<14} {}\n", terminal::path(path))
 }

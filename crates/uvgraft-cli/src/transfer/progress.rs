@@ -11,7 +11,7 @@ use uvgraft_pipeline::{Event, Observer, Shard};
 use crate::failure::{self, note, warn};
 use crate::fitting::{FitBar, FitSummary};
 use crate::progress;
-use crate::report::to_stdout;
+use crate::terminal;
 use crate::transfer::rows::Rows;
 
 /// Prints the progress of a transfer.
@@ -58,7 +58,8 @@ impl State {
                 self.textures = progress::bar(textures as u64, template);
             }
             Event::TextureStarted { source } => {
-                self.textures.set_message(source.display().to_string());
+                let source = source.display().to_string();
+                self.textures.set_message(terminal::inline(&source).into_owned());
             }
             Event::FitProgress { source, progress } => {
                 self.fits.entry(source.to_path_buf()).or_default().show(progress);
@@ -92,7 +93,7 @@ fn report(
 ) {
     warnings.iter().for_each(warn);
     match result {
-        Ok(Some(fit)) => print(&format!("{}: {fit}\n", output.display())),
+        Ok(Some(fit)) => print(&format!("{}: {fit}\n", terminal::path(output))),
         Ok(None) => {}
         Err(failure) => failure::print(failure),
     }
@@ -100,7 +101,7 @@ fn report(
 
 /// Prints to standard output. A failure to print must not stop the transfer.
 fn print(text: &str) {
-    if let Err(error) = to_stdout(text) {
+    if let Err(error) = terminal::print(text) {
         warn(format!("{error:#}"));
     }
 }

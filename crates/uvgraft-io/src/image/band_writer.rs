@@ -9,14 +9,14 @@ use uvgraft::texture::{Depth, Texels, Texture};
 use super::segments::Content;
 use super::{
     EncodeError, Format, MAX_ICC_BYTES, Segment, Segments, TextureSpec, WriteError, WriteOptions,
-    Written, jpeg, png, webp,
+    Written, exr, jpeg, png, tiff, webp,
 };
 use crate::output::AtomicFile;
 
 /// An image encoded while bands of its rows arrive; the bytes do not depend on the heights of the
 /// bands.
 ///
-/// PNGs and JPEGs need memory for a few rows. Other formats are collected and encoded at the end.
+/// They need memory for a few rows, except for WebP, which is collected and encoded at the end.
 pub struct BandEncoder<W: Write + Seek> {
     spec: TextureSpec,
     segments: Option<Segments>,
@@ -28,7 +28,9 @@ pub struct BandEncoder<W: Write + Seek> {
 enum Rows {
     Png(Box<png::RowEncoder>),
     Jpeg(Box<jpeg::RowEncoder>),
-    Gathered { format: Format, texels: Texels, icc: Option<Vec<u8>>, options: WriteOptions },
+    Tiff(Box<tiff::RowEncoder>),
+    Exr(Box<exr::RowEncoder>),
+    WebP { texels: Texels, icc: Option<Vec<u8>> },
 }
 
 impl<W: Write + Seek> BandEncoder<W> {
@@ -44,19 +46,25 @@ impl<W: Write + Seek> BandEncoder<W> {
         options: &WriteOptions,
     ) -> Result<Self, EncodeError> {
         let icc = check(format, &spec, icc)?;
-        let rows = if format == Format::Png {
-            Rows::Png(Box::new(png::RowEncoder::new(&spec, icc, options.compress)?))
-        } else if format == Format::Jpeg {
-            Rows::Jpeg(Box::new(jpeg::RowEncoder::new(&spec, icc, options.jpeg_quality)))
-        } else {
-            let len = spec.values();
-            let memory = |error| EncodeError::encoder(format, error);
-            let texels = match spec.depth {
-                Depth::U8 => Texels::U8(reserve(len).map_err(memory)?),
-                Depth::U16 => Texels::U16(reserve(len).map_err(memory)?),
-                Depth::F32 => Texels::F32(reserve(len).map_err(memory)?),
-            };
-            Rows::Gathered { format, texels, icc: icc.map(<[u8]>::to_vec), options: *options }
+        let rows = match format {
+            Format::Png => Rows::Png(Box::new(png::RowEncoder::new(&spec, icc, options.compress)?)),
+            Format::Jpeg => {
+                Rows::Jpeg(Box::new(jpeg::RowEncoder::new(&spec, icc, options.jpeg_quality)))
+            }
+            Format::Tiff => {
+                Rows::Tiff(Box::new(tiff::RowEncoder::new(&spec, icc, options.compress)))
+            }
+            Format::Exr => Rows::Exr(Box::new(exr::RowEncoder::new(&spec, icc, options.compress)?)),
+            Format::WebP => {
+                let len = spec.values();
+                let memory = |error| EncodeError::encoder(format, error);
+                let texels = match spec.depth {
+                    Depth::U8 => Texels::U8(reserve(len).map_err(memory)?),
+                    Depth::U16 => Texels::U16(reserve(len).map_err(memory)?),
+                    Depth::F32 => Texels::F32(reserve(len).map_err(memory)?),
+                };
+                Rows::WebP { texels, icc: icc.map(<[u8]>::to_vec) }
+            }
         };
         let segments = Segments::new(format, spec, options);
         Ok(Self { spec, segments, rows_left: spec.size.height, out, rows })
@@ -84,7 +92,9 @@ impl<W: Write + Seek> BandEncoder<W> {
         match &mut self.rows {
             Rows::Png(encoder) => encoder.write(band.texels(), &mut self.out)?,
             Rows::Jpeg(encoder) => encoder.write(band.texels(), &mut self.out)?,
-            Rows::Gathered { texels, .. } => match (texels, band.texels()) {
+            Rows::Tiff(encoder) => encoder.write(band.texels(), &mut self.out)?,
+            Rows::Exr(encoder) => encoder.write(band.texels(), &mut self.out)?,
+            Rows::WebP { texels, .. } => match (texels, band.texels()) {
                 (Texels::U8(all), Texels::U8(values)) => all.extend_from_slice(values),
                 (Texels::U16(all), Texels::U16(values)) => all.extend_from_slice(values),
                 (Texels::F32(all), Texels::F32(values)) => all.extend_from_slice(values),
@@ -137,10 +147,12 @@ impl<W: Write + Seek> BandEncoder<W> {
         let losses = match rows {
             Rows::Png(encoder) => encoder.finish(&mut out)?,
             Rows::Jpeg(encoder) => encoder.finish(&mut out)?,
-            Rows::Gathered { format, texels, icc, options } => {
+            Rows::Tiff(encoder) => encoder.finish(&mut out)?,
+            Rows::Exr(encoder) => encoder.finish(&mut out)?,
+            Rows::WebP { texels, icc } => {
                 let texture = Texture::new(spec.size, spec.channels, spec.encoding, texels)
-                    .map_err(|error| EncodeError::encoder(format, error))?;
-                super::encode_whole(&texture, icc.as_deref(), format, &options, &mut out)?
+                    .map_err(|error| EncodeError::encoder(Format::WebP, error))?;
+                webp::encode(&texture, icc.as_deref(), &mut out)?
             }
         };
         Ok((Written { losses }, out))

@@ -4,7 +4,7 @@ use std::borrow::Cow;
 use std::ops::Range;
 
 use uvgraft::color::{Encoding, linear_from_srgb, srgb_from_linear};
-use uvgraft::texture::{Channels, Depth, Texels, Texture, Value};
+use uvgraft::texture::{Channels, Depth, Texels, Value};
 
 use super::{Format, Loss, TextureSpec};
 
@@ -15,27 +15,6 @@ pub(super) const fn encoding_of(format: Format, depth: Depth) -> Encoding {
     match (format, depth) {
         (Format::Exr, _) | (Format::Tiff, Depth::F32) => Encoding::Linear,
         _ => Encoding::Srgb,
-    }
-}
-
-/// An image being converted, and its losses so far.
-pub(super) struct Source<'a> {
-    pub(super) texture: &'a Texture,
-    pub(super) icc: Option<&'a [u8]>,
-    pub(super) format: Format,
-    pub(super) losses: Vec<Loss>,
-}
-
-impl<'a> Source<'a> {
-    /// The values as stored at depth `T`, borrowed if the texture already holds them. An ICC
-    /// profile that no longer applies is dropped.
-    pub(super) fn values<T: AtDepth>(&mut self) -> Cow<'a, [T]> {
-        let spec = TextureSpec::from(self.texture);
-        let mut conversion = Conversion::new(&spec, self.format, &mut self.icc);
-        let texels = self.texture.texels();
-        let values = conversion.apply(texels, 0..texels.len());
-        self.losses.extend(conversion.losses());
-        values
     }
 }
 
@@ -263,7 +242,7 @@ pub(super) fn unpremultiply<T: Value>(values: &mut [T], channels: Channels) {
 
 #[cfg(test)]
 mod tests {
-    use uvgraft::texture::Size;
+    use uvgraft::texture::{Size, Texture};
 
     use super::*;
 
@@ -273,8 +252,10 @@ mod tests {
     }
 
     fn stored<T: AtDepth>(texture: &Texture, format: Format) -> (Vec<T>, Vec<Loss>) {
-        let mut source = Source { texture, icc: Some(b"profile"), format, losses: Vec::new() };
-        (source.values().into_owned(), source.losses)
+        let (spec, texels) = (TextureSpec::from(texture), texture.texels());
+        let mut conversion = Conversion::new(&spec, format, &mut Some(b"profile"));
+        let values = conversion.apply(texels, 0..texels.len()).into_owned();
+        (values, conversion.losses())
     }
 
     #[test]

@@ -47,7 +47,6 @@ use uvgraft::texture::{Texels, Texture};
 
 pub use self::band_reader::{BandDecoder, BandReader};
 pub use self::band_writer::{BandEncoder, BandWriter};
-use self::convert::Source;
 pub use self::error::{EncodeError, ImageError, Loss, ReadError, WriteError};
 pub(crate) use self::exr::encode_rows as encode_exr_rows;
 pub use self::format::Format;
@@ -269,31 +268,13 @@ pub fn encode(
 ) -> Result<Written, EncodeError> {
     let Image { texture, icc } = image;
     let (spec, icc) = (TextureSpec::from(texture), icc.as_deref());
-    if matches!(format, Format::Png | Format::Jpeg) {
-        let mut encoder = BandEncoder::new(out, format, spec, icc, options)?;
-        encoder.push(texture)?;
-        return Ok(encoder.finish()?.0);
+    if format == Format::WebP {
+        let icc = band_writer::check(format, &spec, icc)?;
+        return Ok(Written { losses: webp::encode(texture, icc, out)? });
     }
-    let icc = band_writer::check(format, &spec, icc)?;
-    Ok(Written { losses: encode_whole(texture, icc, format, options, out)? })
-}
-
-/// Encodes a validated texture, and returns the losses.
-fn encode_whole(
-    texture: &Texture,
-    icc: Option<&[u8]>,
-    format: Format,
-    options: &WriteOptions,
-    out: &mut (impl Write + Seek),
-) -> Result<Vec<Loss>, EncodeError> {
-    let mut source = Source { texture, icc, format, losses: Vec::new() };
-    match format {
-        Format::Png | Format::Jpeg => unreachable!("encoded in bands"),
-        Format::WebP => webp::encode(&mut source, out),
-        Format::Tiff => tiff::encode(&mut source, options.compress, out),
-        Format::Exr => exr::encode(&mut source, options.compress, out),
-    }?;
-    Ok(source.losses)
+    let mut encoder = BandEncoder::new(out, format, spec, icc, options)?;
+    encoder.push(texture)?;
+    Ok(encoder.finish()?.0)
 }
 
 /// Encodes an image in the format of the path's extension and writes it.

@@ -3,13 +3,13 @@
 use std::io::{BufRead, Cursor, Read, Seek, Write};
 
 use image_webp::{ColorType, DecodingError, EncodingError, WebPDecoder, WebPEncoder};
-use uvgraft::texture::{Channels, Depth, Texels};
+use uvgraft::texture::{Channels, Depth, Texels, Texture};
 
-use super::convert::Source;
+use super::convert::Conversion;
 use super::exif::FocalLength;
 use super::header::{MAX_ICC_BYTES, StoredHeader, check_size};
 use super::orientation::Orientation;
-use super::{Decoded, EncodeError, Format, ImageError};
+use super::{Decoded, EncodeError, Format, ImageError, Loss, TextureSpec};
 
 const FORMAT: Format = Format::WebP;
 
@@ -78,21 +78,28 @@ fn from_webp(error: DecodingError) -> ImageError {
     }
 }
 
-pub(super) fn encode(source: &mut Source<'_>, out: &mut impl Write) -> Result<(), EncodeError> {
-    let values = source.values::<u8>();
-    let color = match source.texture.channels() {
+/// Encodes a texture that was checked, and returns the losses.
+pub(super) fn encode(
+    texture: &Texture,
+    mut icc: Option<&[u8]>,
+    out: &mut impl Write,
+) -> Result<Vec<Loss>, EncodeError> {
+    let mut conversion = Conversion::<u8>::new(&TextureSpec::from(texture), FORMAT, &mut icc);
+    let values = conversion.apply(texture.texels(), 0..texture.texels().len());
+    let color = match texture.channels() {
         Channels::Grey => ColorType::L8,
         Channels::GreyAlpha => ColorType::La8,
         Channels::Rgb => ColorType::Rgb8,
         Channels::Rgba => ColorType::Rgba8,
     };
     let mut encoder = WebPEncoder::new(out);
-    if let Some(icc) = source.icc {
+    if let Some(icc) = icc {
         encoder.set_icc_profile(icc.to_vec());
     }
-    let size = source.texture.size();
+    let size = texture.size();
     encoder.encode(&values, size.width, size.height, color).map_err(|error| match error {
         EncodingError::IoError(error) => EncodeError::Io(error),
         error => EncodeError::encoder(FORMAT, error),
-    })
+    })?;
+    Ok(conversion.losses())
 }

@@ -1,22 +1,22 @@
-//! TIFF, through the `tiff` crate.
+//! TIFF: read through the `tiff` crate.
 
-use std::borrow::Cow;
-use std::io::{BufRead, Cursor, Seek, Write};
-use std::marker::PhantomData;
+mod encode;
+
+use std::io::{BufRead, Cursor, Seek};
 
 use ::tiff::decoder::ifd::Value;
 use ::tiff::decoder::{Decoder, DecodingResult, Limits};
-use ::tiff::encoder::colortype::ColorType as EncodedColor;
-use ::tiff::encoder::{Compression, DeflateLevel, Predictor, TiffEncoder, TiffKind, TiffValue};
-use ::tiff::tags::{ExtraSamples, PhotometricInterpretation, SampleFormat, Tag, Type};
+use ::tiff::tags::{ExtraSamples, SampleFormat, Tag};
 use ::tiff::{ColorType, TiffError};
 use uvgraft::texture::{Channels, Depth, Texels};
 
-use super::convert::{AtDepth, Source, unpremultiply};
+use super::convert::unpremultiply;
 use super::exif::{EXIF_DIRECTORY, FocalLength};
 use super::header::{MAX_BYTES, MAX_ICC_BYTES, StoredHeader, check_size};
 use super::orientation::Orientation;
-use super::{Decoded, EncodeError, Format, ImageError};
+use super::{Decoded, Format, ImageError};
+
+pub(super) use self::encode::RowEncoder;
 
 const FORMAT: Format = Format::Tiff;
 
@@ -174,147 +174,5 @@ fn from_tiff(error: TiffError) -> ImageError {
             wanted: "convert it to uncompressed RGB first",
         },
         error => ImageError::damaged(FORMAT, error),
-    }
-}
-
-pub(super) fn encode<W: Write + Seek>(
-    source: &mut Source<'_>,
-    compress: bool,
-    out: &mut W,
-) -> Result<(), EncodeError> {
-    match source.texture.depth() {
-        Depth::U8 => encode_depth::<u8, _>(source, compress, out),
-        Depth::U16 => encode_depth::<u16, _>(source, compress, out),
-        Depth::F32 => encode_depth::<f32, _>(source, compress, out),
-    }
-}
-
-fn encode_depth<T: Sample, W: Write + Seek>(
-    source: &mut Source<'_>,
-    compress: bool,
-    out: &mut W,
-) -> Result<(), EncodeError>
-where
-    [T]: TiffValue,
-{
-    let values = source.values::<T>();
-    // Classic TIFF has 32-bit offsets; half a gigabyte is reserved for everything else.
-    let result = if size_of_val(&*values) < 7 << 29 {
-        let encoder = TiffEncoder::new(out);
-        encoder.and_then(|encoder| encode_channels(source, &values, compress, encoder))
-    } else {
-        let encoder = TiffEncoder::new_big(out);
-        encoder.and_then(|encoder| encode_channels(source, &values, compress, encoder))
-    };
-    result.map_err(|error| match error {
-        TiffError::IoError(error) => EncodeError::Io(error),
-        error => EncodeError::encoder(FORMAT, error),
-    })
-}
-
-fn encode_channels<T: Sample, W: Write + Seek, K: TiffKind>(
-    source: &Source<'_>,
-    values: &[T],
-    compress: bool,
-    mut encoder: TiffEncoder<W, K>,
-) -> Result<(), TiffError>
-where
-    [T]: TiffValue,
-{
-    if compress {
-        encoder = encoder.with_compression(Compression::Deflate(DeflateLevel::Balanced));
-        if T::DEPTH != Depth::F32 {
-            encoder = encoder.with_predictor(Predictor::Horizontal);
-        }
-    }
-    match source.texture.channels() {
-        Channels::Grey => encode_image::<T, 1, _, _>(source, values, encoder),
-        Channels::GreyAlpha => encode_image::<T, 2, _, _>(source, values, encoder),
-        Channels::Rgb => encode_image::<T, 3, _, _>(source, values, encoder),
-        Channels::Rgba => encode_image::<T, 4, _, _>(source, values, encoder),
-    }
-}
-
-fn encode_image<T: Sample, const N: usize, W: Write + Seek, K: TiffKind>(
-    source: &Source<'_>,
-    values: &[T],
-    mut encoder: TiffEncoder<W, K>,
-) -> Result<(), TiffError>
-where
-    [T]: TiffValue,
-{
-    let size = source.texture.size();
-    let mut image = encoder.new_image::<Interleaved<T, N>>(size.width, size.height)?;
-    if source.texture.channels().has_alpha() {
-        let alpha = [ExtraSamples::UnassociatedAlpha.to_u16()];
-        image.encoder().write_tag(Tag::ExtraSamples, &alpha[..])?;
-    }
-    if let Some(icc) = source.icc {
-        image.encoder().write_tag(Tag::IccProfile, Undefined(icc))?;
-    }
-    image.write_data(values)
-}
-
-/// Bytes of the type that the ICC specification requires.
-struct Undefined<'a>(&'a [u8]);
-
-impl TiffValue for Undefined<'_> {
-    const BYTE_LEN: u8 = 1;
-    const FIELD_TYPE: Type = Type::UNDEFINED;
-    fn count(&self) -> usize {
-        self.0.len()
-    }
-    fn data(&self) -> Cow<'_, [u8]> {
-        Cow::Borrowed(self.0)
-    }
-}
-
-/// A depth as described in TIFF.
-trait Sample: AtDepth + TiffValue {
-    const BITS: u16;
-    const FORMAT: SampleFormat;
-    /// The difference to the previous value in the row, modulo the range.
-    fn difference(self, before: Self) -> Self;
-}
-
-impl Sample for u8 {
-    const BITS: u16 = 8;
-    const FORMAT: SampleFormat = SampleFormat::Uint;
-    fn difference(self, before: Self) -> Self {
-        self.wrapping_sub(before)
-    }
-}
-
-impl Sample for u16 {
-    const BITS: u16 = 16;
-    const FORMAT: SampleFormat = SampleFormat::Uint;
-    fn difference(self, before: Self) -> Self {
-        self.wrapping_sub(before)
-    }
-}
-
-impl Sample for f32 {
-    const BITS: u16 = 32;
-    const FORMAT: SampleFormat = SampleFormat::IEEEFP;
-    /// Never called: the predictor is for integers.
-    fn difference(self, _: Self) -> Self {
-        self
-    }
-}
-
-/// `N` channels of `T`: the crate's own types lack greyscale with alpha.
-struct Interleaved<T, const N: usize>(PhantomData<T>);
-
-impl<T: Sample, const N: usize> EncodedColor for Interleaved<T, N> {
-    type Inner = T;
-    const TIFF_VALUE: PhotometricInterpretation =
-        if N < 3 { PhotometricInterpretation::BlackIsZero } else { PhotometricInterpretation::RGB };
-    const BITS_PER_SAMPLE: &'static [u16] = &[T::BITS; N];
-    const SAMPLE_FORMAT: &'static [SampleFormat] = &[T::FORMAT; N];
-
-    fn horizontal_predict(row: &[T], result: &mut Vec<T>) {
-        result.extend(row.iter().take(N));
-        let differences = row.iter().zip(row.iter().skip(N));
-        result.extend(differences.map(|(&before, &value)| value.difference(before)));
     }
 }

@@ -1,6 +1,5 @@
-//! Lines over textures, and the colour maps of steps.
+//! The colour maps of steps, and textures as they are shown behind them.
 
-use tiny_skia::{Color, LineCap, Paint, Path, PathBuilder, PixmapMut, Stroke, Transform};
 use uvgraft::{Encoding, Texture, color};
 use uvgraft_metrics::seams::SeamEdge;
 
@@ -52,49 +51,6 @@ pub(super) fn shown(texture: &Texture, x: u32, y: u32) -> Rgb {
     });
     let opacity = if channels.has_alpha() { texture.get(x, y, channels.count() - 1) } else { 1.0 };
     blend(BEHIND, rgb, f64::from(opacity.clamp(0.0, 1.0)))
-}
-
-/// Draws a line from one pixel position to another.
-pub(super) fn line(
-    pixmap: &mut PixmapMut<'_>,
-    [from, to]: [[f64; 2]; 2],
-    color: Rgb,
-    opacity: u8,
-    width: f32,
-) {
-    let mut path = PathBuilder::new();
-    let [from, to] = [from, to].map(near);
-    path.move_to(from[0], from[1]);
-    path.line_to(to[0], to[1]);
-    stroke(pixmap, path.finish(), color, opacity, width);
-}
-
-/// Draws a circle around a pixel position.
-pub(super) fn ring(
-    pixmap: &mut PixmapMut<'_>,
-    center: [f64; 2],
-    radius: f32,
-    color: Rgb,
-    opacity: u8,
-    width: f32,
-) {
-    let [x, y] = near(center);
-    stroke(pixmap, PathBuilder::from_circle(x, y, radius), color, opacity, width);
-}
-
-/// Clamps positions far outside the image, which UV coordinates may have, for the rasteriser.
-fn near(position: [f64; 2]) -> [f32; 2] {
-    position.map(|value| value.clamp(-20_000.0, 20_000.0) as f32)
-}
-
-fn stroke(pixmap: &mut PixmapMut<'_>, path: Option<Path>, rgb: Rgb, opacity: u8, width: f32) {
-    let mut paint = Paint::default();
-    paint.set_color(Color::from_rgba8(rgb[0], rgb[1], rgb[2], opacity));
-    paint.anti_alias = true;
-    let stroke = Stroke { width, line_cap: LineCap::Round, ..Stroke::default() };
-    if let Some(path) = path {
-        pixmap.stroke_path(&path, &paint, &stroke, Transform::identity(), None);
-    }
 }
 
 #[cfg(test)]
