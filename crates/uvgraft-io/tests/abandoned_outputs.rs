@@ -19,7 +19,8 @@ fn nothing_is_left_and_nothing_begins() {
     let mut half = AtomicFile::create(&old).unwrap();
     half.write_all(b"half").unwrap();
     let dropped_later = AtomicFile::create(&other).unwrap();
-    assert_eq!(names().len(), 4);
+    // Two more where files cannot be without names.
+    assert!([2, 4].contains(&names().len()), "{:?}", names());
 
     abandon_unfinished();
     assert_eq!(names(), ["done", "old"]);

@@ -67,6 +67,12 @@ pub(crate) struct Done {
     pub(crate) image: Vec<u8>,
 }
 
+impl From<Failure> for Outcome {
+    fn from(failure: Failure) -> Self {
+        Self { result: Err(failure), log: Log::default() }
+    }
+}
+
 /// Messages about a texture.
 #[derive(Debug, Default)]
 pub(crate) struct Log {

@@ -39,6 +39,7 @@ mod link;
 mod made_from;
 mod manifest;
 mod material;
+mod memory;
 mod non_finite;
 mod observer;
 mod outputs;

@@ -66,6 +66,9 @@ impl Transfer {
         let size = link.size(self.size)?;
         let known = KnownTexels::read(self.source_mask.as_deref(), self.fill.as_deref())?;
         let known = Arc::new(known);
+        for batch in &plan.batches {
+            self.check_memory(batch, &link, size, self.keeps_base(batch))?;
+        }
         // Decoding a base and preparing a blend take about the same time.
         let (blend, first_base) = rayon::join(
             || self.blend(&link, &known, self.labelled_texture(&plan), observer),
@@ -342,10 +345,16 @@ impl Transfer {
     }
 
     fn base(&self, batch: &Batch, size: Option<Size>) -> Result<Base> {
-        let needs_colors = self.blending.as_ref().is_some_and(Blending::needs_colors);
-        let in_memory = batch.jobs.len() > 1 || (batch.values.is_toned() && needs_colors);
-        Base::new(&self.base_order(batch.onto.as_ref(), batch.values, size), in_memory)
+        let order = self.base_order(batch.onto.as_ref(), batch.values, size);
+        Base::new(&order, self.keeps_base(batch))
     }
+
+    /// Whether the base of a batch is read more than once.
+    fn keeps_base(&self, batch: &Batch) -> bool {
+        let needs_colors = self.blending.as_ref().is_some_and(Blending::needs_colors);
+        batch.jobs.len() > 1 || (batch.values.is_toned() && needs_colors)
+    }
+
     /// The records of each batch; `None` if not requested.
     fn records(&self, plan: &Plan) -> Result<Vec<Option<Records>>> {
         if self.existing == Existing::Replace {

@@ -136,9 +136,10 @@ pub struct Transfer {
     pub shard: Option<Shard>,
     /// Number of textures processed in parallel; by default one per thread.
     pub jobs: Option<u16>,
-    /// Memory limit in bytes for textures in flight: fewer are processed in parallel where they
-    /// would exceed it.
-    pub memory: u64,
+    /// Bound on the memory of the process, in bytes. Fewer textures are processed in parallel where
+    /// they would exceed it, and what could exceed it alone is refused. By default textures that are
+    /// processed at once take 2 GiB together, and a larger one is processed alone.
+    pub memory: Option<u64>,
     /// Files that the caller writes itself, to be checked along with the outputs.
     pub extra_outputs: Vec<PathBuf>,
 }
@@ -198,7 +199,7 @@ impl Transfer {
             existing: Existing::default(),
             shard: None,
             jobs: None,
-            memory: 2 << 30,
+            memory: None,
             extra_outputs: Vec::new(),
         }
     }

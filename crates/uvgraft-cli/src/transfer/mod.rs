@@ -171,12 +171,13 @@ pub(crate) struct Args {
     #[arg(long, value_name = "N", value_parser = whole_number::<u16>(1..=1024), allow_negative_numbers = true)]
     #[arg(help_heading = heading::BATCHES)]
     jobs: Option<u16>,
-    /// Memory limit for textures in flight, such as 500M or 4G
+    /// Bound on memory, such as 500M or 4G [default: 2G for textures in parallel]
     ///
-    /// Fewer textures than --jobs are processed in parallel where they would exceed the limit.
-    #[arg(long, value_name = "SIZE", default_value = "2G", value_parser = parse_bytes, allow_negative_numbers = true)]
+    /// Fewer textures than --jobs are processed in parallel where they would exceed the bound, and a
+    /// transfer that could exceed it alone is refused. Without this option it is processed alone.
+    #[arg(long, value_name = "SIZE", value_parser = parse_bytes, allow_negative_numbers = true)]
     #[arg(help_heading = heading::BATCHES)]
-    memory: u64,
+    memory: Option<u64>,
     /// Output format for several textures [default: each source's format]
     #[arg(long, value_name = "EXTENSION", value_parser = parse_format, help_heading = heading::ENCODING)]
     format: Option<String>,
