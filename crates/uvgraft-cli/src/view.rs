@@ -7,6 +7,7 @@ use std::process::ExitCode;
 
 use anyhow::Context;
 use uvgraft_gltf::scene::{PoseRequest, Scene};
+use uvgraft_io::image::{self, ImageError};
 use uvgraft_io::input::{self, ReadError};
 use uvgraft_io::output;
 use uvgraft_pipeline::Outputs;
@@ -106,7 +107,13 @@ pub(crate) fn run(args: &Args) -> anyhow::Result<ExitCode> {
                     Picture::EXTENSIONS
                 ))
             })?;
-            Ok((name.as_str(), picture))
+            // Browsers show formats that are unsupported here, but nothing of a damaged file.
+            match image::decode(bytes) {
+                Err(error @ (ImageError::Truncated { .. } | ImageError::Damaged { .. })) => {
+                    Err(bad_input(format!("{}: {error}", path.display())))
+                }
+                _ => Ok((name.as_str(), picture)),
+            }
         })
         .collect::<anyhow::Result<Vec<_>>>()?;
     let page = Page { name: &name(&args.model), model, textures, look_at };

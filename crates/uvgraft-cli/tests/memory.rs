@@ -1,6 +1,7 @@
 //! The bound on memory holds, or the transfer is refused.
 
 #![cfg(target_os = "linux")]
+#![expect(clippy::unwrap_used, reason = "a test stops at what should not fail")]
 
 mod bench;
 

@@ -688,6 +688,16 @@ fn options_count_where_outputs_exist() {
         assert_eq!(run(&format!("{same} --onto base.png")), "2 of 2 up to date\n", "{same}");
         run("--onto other.png");
     }
+    // Regions are unions, in whatever order.
+    bench.write("one.txt", "0 1 2 5 6 7 10 11 12");
+    bench.write("two.txt", "12 13 14 17 18 19 22 23 24");
+    let unions = ["--region one.txt --region two.txt", "--region two.txt --region one.txt"];
+    assert_eq!(run(&format!("--onto base.png {}", unions[0])), "0 of 2 up to date\n");
+    assert_eq!(run(&format!("--onto base.png {}", unions[1])), "2 of 2 up to date\n");
+    let [include, exclude] =
+        ["--region one.txt --exclude two.txt", "--region two.txt --exclude one.txt"];
+    assert_eq!(run(&format!("--onto base.png {include}")), "0 of 2 up to date\n");
+    assert_eq!(run(&format!("--onto base.png {exclude}")), "0 of 2 up to date\n");
 }
 
 /// Unreadable lines of a manifest are skipped, and false ones are detected.

@@ -10,7 +10,7 @@ use crate::failure::{Blame, Failure, Fault, Result};
 use crate::memory;
 use crate::observer::{Event, Observer, OutputFigures};
 use crate::plan::Job;
-use crate::records::Records;
+use crate::records::{MadeFrom, Records};
 use crate::shared::Shared;
 use crate::transfer::Transferred;
 use crate::worker::TransferWorker;
@@ -90,8 +90,8 @@ pub(crate) fn run(
 /// A texture that is done, successfully or not.
 struct Finished {
     outcome: Outcome,
-    /// Fingerprint to record for a written output.
-    made_from: Option<String>,
+    /// What to record for a written output.
+    made_from: Option<MadeFrom>,
     duration: Duration,
 }
 

@@ -3,7 +3,7 @@
 use std::fmt::Write as _;
 use std::fs::File;
 use std::io::{self, Read};
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 use sha2::{Digest, Sha256};
 
@@ -53,6 +53,46 @@ impl Fingerprint {
         fingerprint.add(&hex(&Sha256::digest(bytes)));
         fingerprint.text()
     }
+}
+
+/// Files that were read, and what tells whether they are still the same.
+///
+/// Their content is known only at the time of reading, and outputs are made later: a file that was
+/// replaced meanwhile, even by one with the same content in the end, must not vouch for an output.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub(crate) struct Seen(Vec<(PathBuf, Option<Identity>)>);
+
+/// The device, the number, the length and the times of a file; the times may be wrong, but do not
+/// stay the same when it changes.
+type Identity = (u64, u64, u64, [(i64, i64); 2]);
+
+impl Seen {
+    /// Files before they are read.
+    pub(crate) fn before<'a>(paths: impl IntoIterator<Item = &'a Path>) -> Self {
+        Self(paths.into_iter().map(|path| (path.to_path_buf(), identity(path))).collect())
+    }
+
+    /// The first of the files that changed since, if any.
+    pub(crate) fn changed(&self) -> Option<&Path> {
+        let changed = |(path, before): &&(PathBuf, _)| identity(path) != *before;
+        self.0.iter().find(changed).map(|(path, _)| path.as_path())
+    }
+}
+
+#[cfg(unix)]
+fn identity(path: &Path) -> Option<Identity> {
+    use std::os::unix::fs::MetadataExt;
+    let found = path.metadata().ok()?;
+    let times = [(found.mtime(), found.mtime_nsec()), (found.ctime(), found.ctime_nsec())];
+    Some((found.dev(), found.ino(), found.len(), times))
+}
+
+#[cfg(not(unix))]
+fn identity(path: &Path) -> Option<Identity> {
+    let found = path.metadata().ok()?;
+    let modified = found.modified().ok()?.duration_since(std::time::UNIX_EPOCH).ok()?;
+    let time = (modified.as_secs() as i64, i64::from(modified.subsec_nanos()));
+    Some((0, 0, found.len(), [time; 2]))
 }
 
 /// The SHA-256 of a regular file, as hexadecimal digits.

@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 
 use crate::base_source::BaseSource;
 use crate::blending::Blending;
-use crate::fingerprint::Fingerprint;
+use crate::fingerprint::{Fingerprint, file_digest};
 use crate::material::Values;
 use crate::plan::Plan;
 use crate::region::RegionPart;
@@ -28,6 +28,21 @@ impl Fingerprint {
     }
 }
 
+/// The parts of a region, with the content of their files; in an order of their own, since theirs does
+/// not matter.
+fn region_text(parts: &[RegionPart]) -> io::Result<String> {
+    let text = |part: &RegionPart| {
+        let mut names = part.names.clone();
+        names.sort();
+        names.dedup();
+        Ok(format!("{:?} {names:?} {}", part.side, file_digest(&part.path)?))
+    };
+    let mut parts = parts.iter().map(text).collect::<io::Result<Vec<_>>>()?;
+    parts.sort();
+    parts.dedup();
+    Ok(format!("{parts:?}"))
+}
+
 impl Transfer {
     /// The files that textures depend on, apart from their own source.
     pub(crate) fn shared_inputs<'a>(&'a self, plan: &'a Plan) -> Vec<&'a Path> {
@@ -41,24 +56,32 @@ impl Transfer {
 
     /// The files that all batches depend on.
     pub(crate) fn common_inputs(&self) -> Vec<&Path> {
+        std::iter::once(self.correspondence.path())
+            .chain(self.region.inputs())
+            .chain(self.common_images())
+            .collect()
+    }
+
+    /// The images among them.
+    fn common_images(&self) -> impl Iterator<Item = &Path> {
         let blending = self.blending.as_ref();
         let skin = blending.and_then(|blending| blending.skin.as_ref());
         let labels = blending.and_then(|blending| blending.labels.as_ref());
         // What the labels of the albedo exclude is excluded from all maps.
         let albedo = self.labelled_map();
         let images = [skin, labels, albedo, self.source_mask.as_ref(), self.fill.as_ref()];
-        let images = images.into_iter().flatten().map(PathBuf::as_path);
-        std::iter::once(self.correspondence.path())
-            .chain(self.region.inputs())
-            .chain(images)
-            .collect()
+        images.into_iter().flatten().map(PathBuf::as_path)
     }
 
     /// The fingerprint of what all batches are made from.
     pub(crate) fn common_fingerprint(&self) -> io::Result<Fingerprint> {
         let mut common = Fingerprint::new();
         common.add(&self.options_text());
-        self.common_inputs().into_iter().try_for_each(|path| common.add_file(path))?;
+        common.add_file(self.correspondence.path())?;
+        for parts in [&self.region.include, &self.region.exclude] {
+            common.add(&region_text(parts)?);
+        }
+        self.common_images().try_for_each(|path| common.add_file(path))?;
         Ok(common)
     }
 
@@ -67,9 +90,6 @@ impl Transfer {
     fn options_text(&self) -> String {
         let Self { direction, size, filter, map, overlap, averaging, normals, fit, .. } = self;
         let Self { region, blending, source_mask, fill, write, .. } = self;
-        let parts = |parts: &[RegionPart]| {
-            parts.iter().map(|part| format!("{:?} {:?}", part.side, part.names)).collect::<Vec<_>>()
-        };
         // A hard edge without a tone change is the same as no blending.
         let blending = blending.as_ref().filter(|blending| blending.needs_labels());
         let blending =
@@ -87,7 +107,7 @@ impl Transfer {
                 let files = (skin.is_some(), labels.is_some());
                 (*feather, *membrane, *match_skin, *tone, files, *keep_all, *gutter_px)
             });
-        let region = (parts(&region.include), parts(&region.exclude), region.grow, region.unit);
+        let region = (region.grow, region.unit);
         // With a blend, material maps end at the boundary of the mask.
         let ends_at_mask = self.blending.is_some() && matches!(self.inputs, Inputs::Material(_));
         let masks = (source_mask.is_some(), fill.is_some(), ends_at_mask);

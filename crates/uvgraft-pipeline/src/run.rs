@@ -14,6 +14,7 @@ use crate::batch;
 use crate::blending::{Blending, KnownTexels};
 use crate::carry::{Analysis, losses, write_failure};
 use crate::failure::{Blame, Failure, Result};
+use crate::fingerprint::Seen;
 use crate::link::Link;
 use crate::manifest::Manifest;
 use crate::material::Values;
@@ -361,6 +362,7 @@ impl Transfer {
             return Ok(plan.batches.iter().map(|_| None).collect());
         }
         // A missing file is reported where it is read; without a fingerprint nothing is skipped.
+        let seen = Seen::before(self.shared_inputs(plan));
         let common = self.common_fingerprint().ok();
         let of_batch = |batch: &Batch| {
             let shared = common
@@ -368,7 +370,7 @@ impl Transfer {
                 .and_then(|common| common.of_batch(batch.values, batch.onto.as_ref()).ok());
             let Some(shared) = shared else { return Ok(None) };
             let manifest = Manifest::open(&plan.folder, self.shard)?;
-            Ok(Some(Records { manifest, shared }))
+            Ok(Some(Records { manifest, shared, seen: seen.clone() }))
         };
         plan.batches.iter().map(of_batch).collect()
     }

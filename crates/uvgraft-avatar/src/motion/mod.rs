@@ -56,6 +56,20 @@ pub enum MotionError {
         /// The value.
         found: f32,
     },
+    /// A value is beyond anything that a body does.
+    #[error("`{key}` must be from -{most} to {most}, got {found} in frame {frame}, value {column}")]
+    TooLarge {
+        /// The array's name.
+        key: &'static str,
+        /// The frame's index.
+        frame: usize,
+        /// Index of the value within the frame.
+        column: usize,
+        /// The value.
+        found: f32,
+        /// Upper limit of its magnitude.
+        most: f32,
+    },
     /// The frame rate is out of range.
     #[error("the frame rate must be more than 0 and at most {most} frames per second, got {found}")]
     Rate {

@@ -10,6 +10,7 @@ use uvgraft::{
 };
 use uvgraft_metrics::baseline::{affine::Affine, grid};
 
+use crate::failure::OrBadInput;
 use crate::fitting::{FitBar, FitSummary};
 
 /// A method of transferring a texture there and back.
@@ -168,12 +169,12 @@ impl Course<'_> {
         let (texture, grey) = (self.texture.clone(), self.grey()?);
         let bar = FitBar::default();
         let (fitted, there_s) = time(|| {
-            let fitted = prepared.there.fit(
-                texture,
-                grey.format(),
-                &FitOptions::default(),
-                &mut |progress| bar.show(progress),
-            )?;
+            let fitted = prepared
+                .there
+                .fit(texture, grey.format(), &FitOptions::default(), &mut |progress| {
+                    bar.show(progress);
+                })
+                .or_bad_input()?;
             anyhow::Ok((fitted.overlay.lay(0, grey)?, fitted.summary))
         });
         bar.finish();

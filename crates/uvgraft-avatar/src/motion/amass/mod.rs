@@ -17,6 +17,10 @@ use crate::body::{BODY, BodyKind, Gender, JointEntry};
 
 /// Upper limit of the number of frames: half an hour at 120 frames a second.
 const MAX_FRAMES: usize = 216_000;
+
+/// Most metres that a body moves away, and most radians that a joint turns: beyond, poses lose their
+/// precision and avatars are invalid.
+const MAX_VALUE: f32 = 1e5;
 /// Upper limit of the frame rate, in frames a second.
 const MAX_RATE: f64 = 10_000.0;
 /// Upper limit of the shape coefficients that are kept.
@@ -167,12 +171,21 @@ fn read_betas(arrays: &NamedArrays) -> Result<Option<Vec<f32>>, MotionError> {
     let Some(array) = arrays.get("betas") else { return Ok(None) };
     let row = array.shape().last().copied().unwrap_or(1);
     let betas: Vec<f32> = array.f32s().iter().copied().take(row.min(MAX_BETAS)).collect();
-    match betas.iter().enumerate().find(|(_, value)| !value.is_finite()) {
-        Some((column, &found)) => {
-            Err(MotionError::NotFinite { key: "betas", frame: 0, column, found })
-        }
-        None => Ok((!betas.is_empty()).then_some(betas)),
+    check_values("betas", &betas, betas.len().max(1))?;
+    Ok((!betas.is_empty()).then_some(betas))
+}
+
+/// Checks that the values of a table are those of a body.
+fn check_values(key: &'static str, values: &[f32], columns: usize) -> Result<(), MotionError> {
+    let at = |at: usize| (at / columns, at % columns, values[at]);
+    if let Some((frame, column, found)) = values.iter().position(|it| !it.is_finite()).map(at) {
+        return Err(MotionError::NotFinite { key, frame, column, found });
     }
+    if let Some((frame, column, found)) = values.iter().position(|it| it.abs() > MAX_VALUE).map(at)
+    {
+        return Err(MotionError::TooLarge { key, frame, column, found, most: MAX_VALUE });
+    }
+    Ok(())
 }
 
 /// The kind of the performer's model: the one that the file names, or the one with this
@@ -284,10 +297,7 @@ fn rows<'a>(
         return Err(MotionError::Frames { found, most: MAX_FRAMES });
     }
     let values = array.f32s();
-    if let Some(at) = values.iter().position(|value| !value.is_finite()) {
-        let (frame, column) = (at / columns, at % columns);
-        return Err(MotionError::NotFinite { key, frame, column, found: values[at] });
-    }
+    check_values(key, &values, columns)?;
     Ok(values)
 }
 

@@ -109,6 +109,17 @@ fn invalid_motions_are_refused() {
     assert_eq!(text, "`poses` must be finite, got NaN in frame 2, value 1");
     let text = refused(&|arrays| arrays.insert("trans", nan(3)));
     assert_eq!(text, "`trans` must be finite, got NaN in frame 2, value 1");
+    let far = |columns: usize| {
+        let mut values = vec![0.0; 4 * columns];
+        values[columns] = -3e38;
+        NumericArray::new_f32(vec![4, columns], values).unwrap()
+    };
+    for (key, columns) in [("poses", 156), ("trans", 3)] {
+        let text = refused(&|arrays| arrays.insert(key, far(columns)));
+        let wanted = "must be from -100000 to 100000, got -3";
+        assert!(text.starts_with(&format!("`{key}` {wanted}")), "{text}");
+        assert!(text.ends_with("in frame 1, value 0"), "{text}");
+    }
     let text = refused(&|arrays| arrays.insert("trans", table(5, 3)));
     assert_eq!(text, "`trans` must have shape [4, 3], got [5, 3]");
     let text = refused(&|arrays| arrays.insert("poses", table(4, 75)));
