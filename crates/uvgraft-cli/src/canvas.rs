@@ -153,31 +153,31 @@ fn paint(color: Rgb, opacity: u8) -> Paint<'static> {
 
 /// The part of a line within `-MARGIN..=limit`, if there is any; none of lines with NaN.
 ///
-/// Based on Liang and Barsky, "A New Concept and Method for Line Clipping" (1984).
-fn clipped([from, to]: [[f64; 2]; 2], limit: [f64; 2]) -> Option<[[f64; 2]; 2]> {
-    let is_finite = |position: [f64; 2]| position.iter().all(|value| value.is_finite());
-    if !is_finite(from) || !is_finite(to) {
+/// Cut at one side of the rectangle after the other, where the cut end gets exactly the side's
+/// coordinate, however far away the other end is.
+fn clipped(mut ends: [[f64; 2]; 2], limit: [f64; 2]) -> Option<[[f64; 2]; 2]> {
+    if !ends.iter().flatten().all(|value| value.is_finite()) {
         return None;
     }
-    // The line's share between its ends that is inside.
-    let (mut first, mut last) = (0.0f64, 1.0f64);
     for k in 0..2 {
-        let step = to[k] - from[k];
-        let [near, far] = [-MARGIN - from[k], limit[k] - from[k]];
-        if step == 0.0 {
-            if near > 0.0 || far < 0.0 {
-                return None;
+        for (side, sign) in [(-MARGIN, 1.0), (limit[k], -1.0)] {
+            let is_inside = ends.map(|end| (end[k] - side) * sign >= 0.0);
+            // From the end inside, whose coordinates are small and exact.
+            let cut = |inside: [f64; 2], outside: [f64; 2]| {
+                let share = (side - inside[k]) / (outside[k] - inside[k]);
+                let mut at = [side; 2];
+                at[1 - k] = inside[1 - k] + (outside[1 - k] - inside[1 - k]) * share;
+                at
+            };
+            match is_inside {
+                [true, true] => {}
+                [true, false] => ends[1] = cut(ends[0], ends[1]),
+                [false, true] => ends[0] = cut(ends[1], ends[0]),
+                [false, false] => return None,
             }
-            continue;
         }
-        let (enter, leave) = if step > 0.0 { (near, far) } else { (far, near) };
-        first = first.max(enter / step);
-        last = last.min(leave / step);
     }
-    let at = |share: f64| [0, 1].map(|k| from[k] + (to[k] - from[k]) * share);
-    // Rounding of a cut end may leave it outside by little, which does no harm.
-    let ends = [if first > 0.0 { at(first) } else { from }, if last < 1.0 { at(last) } else { to }];
-    (first <= last).then_some(ends)
+    Some(ends)
 }
 
 #[cfg(test)]

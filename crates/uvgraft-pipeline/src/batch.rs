@@ -12,6 +12,7 @@ use crate::observer::{Event, Observer, OutputFigures};
 use crate::plan::Job;
 use crate::records::{MadeFrom, Records};
 use crate::shared::Shared;
+use crate::spawn;
 use crate::transfer::Transferred;
 use crate::worker::TransferWorker;
 
@@ -52,10 +53,15 @@ pub(crate) fn run(
         let pool = rayon::ThreadPoolBuilder::new()
             .num_threads((threads / at_once).max(1))
             .use_current_thread()
-            .build()
+            .build();
+        // This thread alone needs no other to start.
+        let alone = || rayon::ThreadPoolBuilder::new().num_threads(1).use_current_thread().build();
+        let pool = pool
+            .or_else(|_| alone())
             .or_work()
             .map_err(|failure| failure.context("cannot start threads"))?;
         loop {
+            spawn::point();
             let mut next = lock(&next);
             let index = *next;
             let Some(job) = jobs.get(index) else { return Ok(()) };
@@ -78,7 +84,11 @@ pub(crate) fn run(
         }
     };
     thread::scope(|scope| {
-        let workers: Vec<_> = (0..at_once).map(|_| scope.spawn(work)).collect();
+        // As many as the system has threads for.
+        let workers: Vec<_> = (0..at_once).map_while(|_| spawn::start(scope, work)).collect();
+        if workers.is_empty() {
+            return work();
+        }
         workers.into_iter().try_for_each(|worker| match worker.join() {
             Ok(result) => result,
             Err(panic) => std::panic::resume_unwind(panic),

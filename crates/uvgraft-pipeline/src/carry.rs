@@ -18,6 +18,7 @@ use crate::observer::{Event, Observer};
 use crate::segmented::Segmented;
 use crate::shared::Shared;
 use crate::source::{OpenSource, Source};
+use crate::spawn::spawn_with;
 use crate::stream::{self, Ahead};
 use crate::target::{Encoded, Target};
 
@@ -142,7 +143,7 @@ impl Shared {
             let row_bytes = self.base.row_bytes(formats.base);
             let band = stream::rows_in_band(row_bytes);
             let rows = if call.alone && self.unchanged.is_none() {
-                Rows::Ahead(Ahead::start(scope, bands, band, row_bytes))
+                Ahead::start(scope, bands, band, row_bytes).map_or_else(Rows::Here, Rows::Ahead)
             } else {
                 Rows::Here(bands)
             };
@@ -220,11 +221,14 @@ impl Shared {
             Ok(graft)
         };
         let (graft, texture) = if alone {
-            thread::scope(|scope| {
-                let reading = scope.spawn(read);
-                let graft = prepare();
-                let texture = reading.join();
-                (graft, texture.unwrap_or_else(|panic| std::panic::resume_unwind(panic)))
+            thread::scope(|scope| match spawn_with(scope, read, |read| read()) {
+                Ok(reading) => {
+                    let graft = prepare();
+                    let texture = reading.join();
+                    let texture = texture.unwrap_or_else(|panic| std::panic::resume_unwind(panic));
+                    (graft, texture.unwrap_or_else(|| Err(Failure::work("nothing was read"))))
+                }
+                Err(read) => (prepare(), read()),
             })
         } else {
             (prepare(), read())

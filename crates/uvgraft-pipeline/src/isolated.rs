@@ -1,12 +1,12 @@
 //! Calls that run on threads of their own.
 
-use std::any::Any;
 use std::sync::atomic::{AtomicUsize, Ordering};
 use std::thread;
 
 use rayon::ThreadPoolBuilder;
 
 use crate::failure::{Blame, Failure, Result};
+use crate::spawn::text_of;
 
 /// Runs calls on threads of their own, and counts those in flight.
 ///
@@ -57,12 +57,6 @@ impl Drop for InFlight<'_> {
     fn drop(&mut self) {
         self.counter.fetch_sub(1, Ordering::Relaxed);
     }
-}
-
-/// The message of a panic.
-fn text_of(panic: &(dyn Any + Send)) -> &str {
-    let text = panic.downcast_ref::<&str>().copied();
-    text.or_else(|| panic.downcast_ref::<String>().map(String::as_str)).unwrap_or("panic")
 }
 
 #[cfg(test)]

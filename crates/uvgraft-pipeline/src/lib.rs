@@ -48,10 +48,13 @@ mod prepared;
 mod records;
 mod region;
 mod run;
+#[cfg(test)]
+mod schedule_tests;
 mod segmented;
 mod shard;
 mod shared;
 mod source;
+mod spawn;
 mod stream;
 mod target;
 mod texture_list;

@@ -3,15 +3,16 @@
 use std::ops::Range;
 use std::result::Result as StdResult;
 use std::sync::OnceLock;
-use std::sync::mpsc::{channel, sync_channel};
+use std::sync::mpsc::{Receiver, Sender, channel, sync_channel};
 use std::thread;
 
 use uvgraft::{Overlay, TexelFormat, Texture, threads};
 use uvgraft_io::image::{Segment, Segments, WriteError};
 
 use crate::base::Base;
-use crate::failure::{Blame, Result};
+use crate::failure::{Blame, Failure, Result};
 use crate::observer::Observer;
+use crate::spawn::{self, spawn_with};
 use crate::stream::{self, rows_in_band};
 use crate::target::{Encoded, Sink};
 use crate::unchanged::{Kind, Unchanged};
@@ -50,7 +51,7 @@ impl Segmented<'_> {
     /// Those of compositing or writing.
     pub(crate) fn run(
         &self,
-        mut sink: Sink<'_>,
+        sink: Sink<'_>,
         alone: bool,
         observer: &dyn Observer,
     ) -> Result<StdResult<Encoded, WriteError>> {
@@ -62,31 +63,52 @@ impl Segmented<'_> {
         let known = self.unchanged.of(kind, self.count() as usize);
         let (used, spare) = channel();
         if !alone {
-            let write = |part| {
-                sink.write(part).map(|band| {
-                    let _ = used.send(band);
-                })
-            };
-            let pushed = self.make(&known, observer, || spare.try_recv().ok().flatten(), write)?;
-            return Ok(pushed.and_then(|()| sink.finish()));
+            return self.run_here(sink, &known, (&used, &spare), observer);
         }
         thread::scope(|scope| {
             let (sender, receiver) = sync_channel(2);
-            let writing = scope.spawn(move || {
-                for part in receiver {
+            let encode = |(mut sink, parts, used): (Sink<'_>, Receiver<Part<'_>>, Sender<_>)| {
+                for part in parts {
+                    spawn::point();
                     // Fails harmlessly once no more bands are needed.
                     let _ = used.send(sink.write(part)?);
                 }
                 sink.finish()
-            });
+            };
+            let writing = match spawn_with(scope, (sink, receiver, used), encode) {
+                Ok(writing) => writing,
+                Err((sink, _, used)) => {
+                    return self.run_here(sink, &known, (&used, &spare), observer);
+                }
+            };
             // If the writer failed, it returns its error below.
             let write = |part| sender.send(part).map_err(drop);
             let made = self.make(&known, observer, || spare.try_recv().ok().flatten(), write);
             drop(sender);
             let written = writing.join();
             let written = written.unwrap_or_else(|panic| std::panic::resume_unwind(panic));
+            let written = written.ok_or_else(|| Failure::work("the encoder did not start"))?;
             made.map(|_| written)
         })
+    }
+
+    /// Composites and encodes on this thread.
+    ///
+    /// - `used`, `spare`: where bands go after use, and come from.
+    fn run_here(
+        &self,
+        mut sink: Sink<'_>,
+        known: &[OnceLock<Segment>],
+        (used, spare): (&Sender<Option<Texture>>, &Receiver<Option<Texture>>),
+        observer: &dyn Observer,
+    ) -> Result<StdResult<Encoded, WriteError>> {
+        let write = |part| {
+            sink.write(part).map(|band| {
+                let _ = used.send(band);
+            })
+        };
+        let pushed = self.make(known, observer, || spare.try_recv().ok().flatten(), write)?;
+        Ok(pushed.and_then(|()| sink.finish()))
     }
 
     /// Passes all parts of the result to `write`, from top to bottom, until it fails.
@@ -99,6 +121,7 @@ impl Segmented<'_> {
     ) -> Result<StdResult<(), E>> {
         let mut next = 0;
         while next < self.count() {
+            spawn::point();
             stream::check(observer)?;
             let group = self.group(next);
             next = group.segments.end;

@@ -9,6 +9,7 @@ use uvgraft_io::image::WriteError;
 use crate::base::Bands;
 use crate::failure::{Blame, Failure, Result};
 use crate::observer::Observer;
+use crate::spawn::{self, spawn_with};
 use crate::target::{Encoded, Sink};
 
 /// Bytes of decoded rows that may be queued while the source is prepared. With most of a base queued
@@ -61,21 +62,21 @@ pub(crate) struct Ahead {
 }
 
 impl Ahead {
-    /// Starts decoding.
+    /// Starts decoding; returns the bands if there is no thread for it.
     pub(crate) fn start<'scope>(
         scope: &'scope thread::Scope<'scope, '_>,
-        mut bands: Bands<'scope>,
+        bands: Bands<'scope>,
         rows: u32,
         row_bytes: usize,
-    ) -> Self {
+    ) -> std::result::Result<Self, Bands<'scope>> {
         let most = AHEAD / (rows as usize * row_bytes);
         let (sender, receiver) = sync_channel(most.max(2));
         let (used, returned) = channel();
-        scope.spawn(move || decode(&mut bands, rows, &sender, &returned));
-        Self { bands: receiver, used }
+        spawn_with(scope, bands, move |mut bands| decode(&mut bands, rows, &sender, &returned))?;
+        Ok(Self { bands: receiver, used })
     }
 
-    /// Composites on this thread and encodes on another.
+    /// Composites on this thread and encodes on another, or here if there is none.
     ///
     /// # Errors
     /// Those of reading, compositing or writing.
@@ -88,23 +89,36 @@ impl Ahead {
     ) -> Result<std::result::Result<Encoded, WriteError>> {
         let Self { bands, used } = self;
         let (sender, receiver) = sync_channel(2);
-        let writing = scope.spawn(move || encode(sink, &receiver, &used));
+        let state = (sink, receiver, used);
+        let writing = spawn_with(scope, state, |(sink, bands, used)| encode(sink, &bands, &used));
+        let (writing, mut here) = match writing {
+            Ok(writing) => (Some(writing), None),
+            Err((sink, _, used)) => (None, Some((sink, used))),
+        };
         let mut first = 0;
         for band in bands {
+            spawn::point();
             check(observer)?;
             let band = band?;
             let height = band.size().height;
             let band = overlay.lay(first, band).or_work()?;
             first += height;
-            if sender.send(band).is_err() {
+            if let Some((sink, used)) = &mut here {
+                if let Err(error) = sink.push(&band) {
+                    return Ok(Err(error));
+                }
+                let _ = used.send(band);
+            } else if sender.send(band).is_err() {
                 // The encoder failed, and returns its error below.
                 break;
             }
         }
         drop(sender);
-        match writing.join() {
-            Ok(written) => Ok(written),
-            Err(panic) => std::panic::resume_unwind(panic),
+        match (writing.map(thread::ScopedJoinHandle::join), here) {
+            (Some(Ok(Some(written))), _) => Ok(written),
+            (Some(Err(panic)), _) => std::panic::resume_unwind(panic),
+            (None, Some((sink, _))) => Ok(sink.finish()),
+            (Some(Ok(None)) | None, _) => Err(Failure::work("the encoder did not start")),
         }
     }
 }
@@ -116,6 +130,7 @@ fn decode(
     returned: &Receiver<Texture>,
 ) {
     while let Some(band) = bands.next(rows).transpose() {
+        spawn::point();
         let failed = band.is_err();
         if sender.send(band).is_err() || failed {
             return;
@@ -130,6 +145,7 @@ fn encode(
     used: &std::sync::mpsc::Sender<Texture>,
 ) -> std::result::Result<Encoded, WriteError> {
     for band in bands {
+        spawn::point();
         sink.push(&band)?;
         // Fails harmlessly once everything is decoded and buffers are no longer reused.
         let _ = used.send(band);

@@ -1,15 +1,17 @@
 //! Transfers the textures of a batch.
 
+use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::path::Path;
 
 use uvgraft::Texture;
 
 use crate::carry::{Analysis, Call, Outcome};
-use crate::failure::Result;
+use crate::failure::{Failure, Result};
 use crate::observer::Observer;
 use crate::plan::Job;
 use crate::shared::Shared;
 use crate::source::Source;
+use crate::spawn::text_of;
 use crate::target::Target;
 use crate::transfer::Transfer;
 
@@ -28,12 +30,19 @@ impl TransferWorker<'_> {
     /// - `alone`: see [`Call::alone`].
     pub(crate) fn carry(&self, job: &Job, alone: bool) -> Outcome {
         let (first, analysis) = &self.first;
-        self.shared.carry(&Call {
-            source: Source::File(&job.source),
-            target: Target::File(&job.output),
-            alone,
-            analysis: (*first == job.source).then_some(analysis),
-            observer: self.observer,
+        let carry = || {
+            self.shared.carry(&Call {
+                source: Source::File(&job.source),
+                target: Target::File(&job.output),
+                alone,
+                analysis: (*first == job.source).then_some(analysis),
+                observer: self.observer,
+            })
+        };
+        // A panic would be a bug, and should not cost the other textures.
+        catch_unwind(AssertUnwindSafe(carry)).unwrap_or_else(|panic| {
+            let (source, text) = (job.source.display(), text_of(&*panic));
+            Outcome::from(Failure::work(format!("{source}: internal error: {text}")))
         })
     }
 
