@@ -6,7 +6,7 @@ use std::path::Path;
 use std::sync::{Mutex, PoisonError};
 
 use uvgraft::{Averaging, Depth, Encoding, Filter, Size, TexelFormat, Texture};
-use uvgraft_io::image::{self, BandReader, ReadError};
+use uvgraft_io::image::{self, BandReader, Header, ReadError};
 
 use crate::base_color;
 use crate::base_source::BaseSource;
@@ -38,6 +38,17 @@ impl BaseOrder<'_> {
             }
             None => self.size_without_image().map(drop),
         }
+    }
+
+    /// The header of an image, if it is readable and may be read twice, which a pipe may not.
+    pub(crate) fn header(&self) -> Option<Header> {
+        let path = self.onto.and_then(BaseSource::path).filter(|path| path.is_file())?;
+        image::read_header(path).ok()
+    }
+
+    /// The size of what is composited onto the base, as far as it is known before it is opened.
+    pub(crate) fn target(&self) -> Option<Size> {
+        self.size.or_else(|| self.header().map(|header| header.size))
     }
 
     fn size_without_image(&self) -> Result<Size> {

@@ -55,7 +55,8 @@ impl Transfer {
     ) -> Result<()> {
         let Some(bound) = self.memory else { return Ok(()) };
         let order = self.base_order(batch.onto.as_ref(), batch.values, size);
-        let (base, target) = base_bytes(&order, keeps_base);
+        let base = base_bytes(&order, keeps_base);
+        let target = order.target().unwrap_or(Size::square(1));
         let blend = match (&self.blending, link.pair()) {
             (Some(blending), Some(pair)) => {
                 let vertices = pair.to(self.direction).positions().len() as u64;
@@ -67,7 +68,7 @@ impl Transfer {
         let options = Options::new(self, batch.values);
         // Of several textures, each is checked when it is its turn.
         let texture = match &*batch.jobs {
-            [job] => needed(job, target, base_depth(order.onto), &options),
+            [job] => needed(job, target, order.header().map(|it| it.depth), &options),
             _ => 0,
         };
         refuse_beyond(bound, in_use() + threads() + base + blend + texture)
@@ -100,42 +101,31 @@ fn refuse_beyond(bound: u64, needed: u64) -> Result<()> {
     )))
 }
 
-/// Upper bound of the bytes that decoding a base takes and leaves, and the size of the target.
-fn base_bytes(order: &BaseOrder<'_>, keeps: bool) -> (u64, Size) {
-    let Some(path) = order.onto.and_then(BaseSource::path) else {
-        return (0, order.size.unwrap_or(Size::square(1)));
-    };
-    // A missing one is told where it is opened; a pipe can be read only once.
-    let found = path.is_file().then(|| image::read_header(path).ok()).flatten();
-    let Some(header) = found else { return (0, order.size.unwrap_or(Size::square(1))) };
+/// Upper bound of the bytes that decoding a base takes and leaves.
+fn base_bytes(order: &BaseOrder<'_>, keeps: bool) -> u64 {
+    let Some(header) = order.header() else { return 0 };
     let target = order.size.unwrap_or(header.size);
     let is_resized = target != header.size;
-    let decoded = decoded_bytes(path, &header);
+    let decoded = decoded_bytes(order.onto.and_then(BaseSource::path), &header);
     let resized = TexelFormat {
         channels: header.channels,
         depth: if is_resized { Depth::F32 } else { header.depth },
         encoding: Encoding::Srgb,
     };
-    let bytes = if is_resized {
+    if is_resized {
         decoded + bytes_of(target, resized) + bytes_of(header.size, resized) / 2
     } else if keeps || header.format != Format::Png {
         decoded
     } else {
         BANDS
-    };
-    (bytes, target)
-}
-
-fn base_depth(onto: Option<&BaseSource>) -> Option<Depth> {
-    let header = onto.and_then(BaseSource::path).filter(|path| path.is_file());
-    header.and_then(|path| image::read_header(path).ok()).map(|header| header.depth)
+    }
 }
 
 /// Bytes of an image while it is decoded.
-fn decoded_bytes(path: &Path, header: &Header) -> u64 {
+fn decoded_bytes(path: Option<&Path>, header: &Header) -> u64 {
     let Header { channels, depth, .. } = *header;
     let decoded = bytes_of(header.size, TexelFormat { channels, depth, encoding: Encoding::Srgb });
-    let file = path.metadata().map_or(0, |found| found.len());
+    let file = path.and_then(|path| path.metadata().ok()).map_or(0, |found| found.len());
     match header.format {
         Format::Png => decoded,
         // Channels are decoded separately, and then interleaved.
@@ -160,7 +150,7 @@ pub(crate) fn needed(job: &Job, target: Size, base: Option<Depth>, options: &Opt
     let value = if depth > Depth::U8 || options.averaging == Averaging::Light { 4 } else { 1 };
     // Once as decoded and once as processed: with the channels of both, as floats if the formats
     // differ; and what it shows, if a blend asks.
-    let source = decoded_bytes(source, &header) + texels * (4 * value + 2);
+    let source = decoded_bytes(Some(source), &header) + texels * (4 * value + 2);
     // The solver keeps at most five float textures on either side.
     let fit = if options.fit.is_some() { (texels + target) * 4 * 4 * 5 } else { 0 };
     // Collected before encoding, and as what the encoder makes of it.

@@ -68,6 +68,7 @@ impl Transfer {
         let known = KnownTexels::read(self.source_mask.as_deref(), self.fill.as_deref())?;
         let known = Arc::new(known);
         for batch in &plan.batches {
+            self.check_formats(batch, size)?;
             self.check_memory(batch, &link, size, self.keeps_base(batch))?;
         }
         // Decoding a base and preparing a blend take about the same time.
@@ -348,6 +349,22 @@ impl Transfer {
     fn base(&self, batch: &Batch, size: Option<Size>) -> Result<Base> {
         let order = self.base_order(batch.onto.as_ref(), batch.values, size);
         Base::new(&order, self.keeps_base(batch))
+    }
+
+    /// Checks that the formats of a batch's outputs can have their size.
+    fn check_formats(&self, batch: &Batch, size: Option<Size>) -> Result<()> {
+        let order = self.base_order(batch.onto.as_ref(), batch.values, size);
+        let Some(target) = order.target() else { return Ok(()) };
+        let mut checked = None;
+        for job in &batch.jobs {
+            let format = format_of(&job.output)?;
+            if checked.replace(format) != Some(format) {
+                image::check_size(format, target).or_input().map_err(|failure| {
+                    failure.context(format_args!("cannot write {}", job.output.display()))
+                })?;
+            }
+        }
+        Ok(())
     }
 
     /// Whether the base of a batch is read more than once.

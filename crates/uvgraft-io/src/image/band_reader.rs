@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 
 use uvgraft::texture::{Depth, Size, Texels, Texture};
 
-use super::header::detect;
+use super::header::{check_backed, detect};
 use super::orientation::Orientation;
 use super::png::RowDecoder;
 use super::{
@@ -31,6 +31,8 @@ pub struct BandDecoder<'a> {
     rows: Rows<'a>,
     next_row: u32,
     spare: Vec<Texels>,
+    /// Length of the file.
+    length: u64,
 }
 
 enum Rows<'a> {
@@ -51,37 +53,40 @@ impl<'a> BandDecoder<'a> {
     /// an image decoded at once, any error of [`decode`](super::decode).
     pub fn new(bytes: &'a [u8]) -> Result<Self, ImageError> {
         if detect(bytes)? == Format::Png {
-            Self::png(Box::new(Cursor::new(bytes)))
+            Self::png(Box::new(Cursor::new(bytes)), bytes.len() as u64)
         } else {
             Self::whole(bytes)
         }
     }
 
-    fn png(input: Box<dyn Input + 'a>) -> Result<Self, ImageError> {
+    fn png(input: Box<dyn Input + 'a>, length: u64) -> Result<Self, ImageError> {
         let decoder = RowDecoder::new(input)?;
         let stored = decoder.header();
         let icc = header::check_icc(decoder.icc())?;
-        if stored.orientation != Orientation::default() || !decoder.is_sequential() {
-            let texels = decoder.read_all()?;
-            return Self::decoded(Format::Png, Decoded { header: stored, texels, icc });
-        }
         let header = stored.public(Format::Png);
-        Ok(Self::from_rows(header, icc, Rows::Png(Box::new(decoder))))
+        if stored.orientation != Orientation::default() || !decoder.is_sequential() {
+            check_backed(&header, length)?;
+            let texels = decoder.read_all()?;
+            return Self::decoded(Format::Png, Decoded { header: stored, texels, icc }, length);
+        }
+        Ok(Self::from_rows(header, icc, Rows::Png(Box::new(decoder)), length))
     }
 
     fn whole(bytes: &[u8]) -> Result<Self, ImageError> {
         let format = detect(bytes)?;
-        Self::decoded(format, super::decode_stored(format, bytes)?)
+        let length = bytes.len() as u64;
+        check_backed(&super::decode_header(bytes)?, length)?;
+        Self::decoded(format, super::decode_stored(format, bytes)?, length)
     }
 
-    fn decoded(format: Format, decoded: Decoded) -> Result<Self, ImageError> {
+    fn decoded(format: Format, decoded: Decoded, length: u64) -> Result<Self, ImageError> {
         let header = decoded.header.public(format);
         let (texels, icc) = decoded.upright(format)?;
-        Ok(Self::from_rows(header, icc, Rows::Whole(texels)))
+        Ok(Self::from_rows(header, icc, Rows::Whole(texels), length))
     }
 
-    fn from_rows(header: Header, icc: Option<Vec<u8>>, rows: Rows<'a>) -> Self {
-        Self { header, icc, rows, next_row: 0, spare: Vec::new() }
+    fn from_rows(header: Header, icc: Option<Vec<u8>>, rows: Rows<'a>, length: u64) -> Self {
+        Self { header, icc, rows, next_row: 0, spare: Vec::new(), length }
     }
 
     /// Size, channels and depth of the whole image.
@@ -158,13 +163,15 @@ impl<'a> BandDecoder<'a> {
     /// know meanwhile that the rest is not needed.
     ///
     /// # Errors
-    /// [`ImageError`] if there is no memory for it.
+    /// [`ImageError`] if there is no memory for it, or the file is too short for so much: see
+    /// [`MAX_UNBACKED_BYTES`](super::MAX_UNBACKED_BYTES).
     pub fn read_while(
         mut self,
         mut is_wanted: impl FnMut(u32) -> bool,
     ) -> Result<(Texture, Option<(u32, ImageError)>), ImageError> {
         /// Rows between queries.
         const ROWS: u32 = 32;
+        check_backed(&self.header, self.length)?;
         let mut failure = None;
         let TextureSpec { size, channels, encoding, .. } = self.spec();
         let values = size.height as usize * self.spec().row_values();
@@ -187,6 +194,7 @@ impl<'a> BandDecoder<'a> {
 
     /// All remaining rows, at least one.
     pub(super) fn rest(&mut self) -> Result<Texture, ImageError> {
+        check_backed(&self.header, self.length)?;
         self.next_band(u32::MAX)?
             .ok_or_else(|| ImageError::damaged(self.header.format, "the image has no rows"))
     }
@@ -256,11 +264,15 @@ impl BandReader {
     pub fn open(path: &Path) -> Result<Self, ReadError> {
         let bad = |reason| ReadError::Io { path: path.into(), reason };
         let decoder = if let Some(file) = streamed(path).map_err(bad)? {
-            BandDecoder::png(Box::new(file))
+            let length = file.get_ref().metadata().map_err(bad)?.len();
+            BandDecoder::png(Box::new(file), length)
         } else {
             let bytes = read_at_most(path, MAX_FILE_BYTES).map_err(bad)?;
             match Format::detect(&bytes) {
-                Some(Format::Png) => BandDecoder::png(Box::new(Cursor::new(bytes))),
+                Some(Format::Png) => {
+                    let length = bytes.len() as u64;
+                    BandDecoder::png(Box::new(Cursor::new(bytes)), length)
+                }
                 _ => BandDecoder::whole(&bytes),
             }
         };

@@ -4,12 +4,12 @@ use std::collections::TryReserveError;
 use std::io::{BufWriter, Seek, Write};
 use std::path::{Path, PathBuf};
 
-use uvgraft::texture::{Depth, Texels, Texture};
+use uvgraft::texture::{Depth, Size, Texels, Texture};
 
 use super::segments::Content;
 use super::{
-    EncodeError, Format, MAX_ICC_BYTES, Segment, Segments, TextureSpec, WriteError, WriteOptions,
-    Written, exr, jpeg, png, tiff, webp,
+    EncodeError, Format, MAX_ICC_BYTES, MAX_WHOLE_TEXELS, Segment, Segments, TextureSpec,
+    WriteError, WriteOptions, Written, exr, jpeg, png, tiff, webp,
 };
 use crate::output::AtomicFile;
 
@@ -165,6 +165,22 @@ fn reserve<T>(len: usize) -> Result<Vec<T>, TryReserveError> {
     Ok(values)
 }
 
+/// Checks that a format can store images of a size.
+///
+/// # Errors
+/// [`EncodeError`] if it is too large.
+pub fn check_size(format: Format, size: Size) -> Result<(), EncodeError> {
+    let is_webp = format == Format::WebP;
+    let max = if is_webp { webp::MAX_SIDE } else { Texture::MAX_SIDE };
+    if size.width.max(size.height) > max {
+        return Err(EncodeError::TooLarge { format, found: size, max });
+    }
+    if is_webp && size.texels() as u64 > MAX_WHOLE_TEXELS {
+        return Err(EncodeError::TooManyTexels { format, found: size, max: MAX_WHOLE_TEXELS });
+    }
+    Ok(())
+}
+
 /// Checks that the format can store such a texture with this profile, and returns the profile
 /// unless it is empty.
 pub(super) fn check<'a>(
@@ -176,10 +192,7 @@ pub(super) fn check<'a>(
     if format == Format::Jpeg && channels.has_alpha() {
         return Err(EncodeError::Alpha { format });
     }
-    let max = if format == Format::WebP { webp::MAX_SIDE } else { Texture::MAX_SIDE };
-    if size.width.max(size.height) > max {
-        return Err(EncodeError::TooLarge { format, found: size, max });
-    }
+    check_size(format, size)?;
     if size.texels() == 0 {
         return Err(EncodeError::encoder(
             format,

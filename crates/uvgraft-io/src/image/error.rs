@@ -43,6 +43,19 @@ pub enum ImageError {
         /// The limit.
         max: u64,
     },
+    /// The file is too short for an image of its size, unless it hardly shows anything. Checked before
+    /// anything is allocated.
+    #[error("{format} of {size} texels must have at least {least} bytes, got {found}")]
+    Unbacked {
+        /// The format of the file.
+        format: Format,
+        /// The size that the header states.
+        size: Size,
+        /// Bytes of the file.
+        found: u64,
+        /// Fewest bytes of such a file.
+        least: u64,
+    },
     /// The file is truncated.
     #[error("truncated {format}")]
     Truncated {
@@ -119,6 +132,16 @@ pub enum EncodeError {
         found: Size,
         /// The longest side of the format.
         max: u32,
+    },
+    /// The texture has more texels than the format can be encoded with at once.
+    #[error("{format} must have at most {max} texels, got {found}; use PNG, JPEG, TIFF or EXR")]
+    TooManyTexels {
+        /// The requested format.
+        format: Format,
+        /// The size of the texture.
+        found: Size,
+        /// The limit.
+        max: u64,
     },
     /// The ICC profile is too long.
     #[error("ICC profile must have at most {max} bytes, got {found}")]

@@ -11,6 +11,17 @@ use super::{Format, ImageError};
 /// float; half of that with 32-bit addresses, where no buffer may be larger.
 pub const MAX_BYTES: u64 = if usize::BITS < 64 { isize::MAX as u64 } else { 4 << 30 };
 
+/// Images that are decoded at once and take more memory than this must be in a file of at least
+/// 1/[`MAX_RATIO`] of it: no more is believed of a header, since a megabyte can decompress to
+/// gigabytes of a single colour.
+pub const MAX_UNBACKED_BYTES: u64 = 256 << 20;
+
+/// See [`MAX_UNBACKED_BYTES`].
+pub const MAX_RATIO: u64 = 200;
+
+/// Maximum number of texels of an image that is encoded at once, which only WebP is: 8,192 × 8,192.
+pub const MAX_WHOLE_TEXELS: u64 = 1 << 26;
+
 /// Maximum size of an ICC profile. Just below the capacity of a JPEG's 255 segments; profiles of
 /// displays have a few kilobytes, those of printers a few megabytes.
 pub const MAX_ICC_BYTES: usize = 16_000_000;
@@ -104,6 +115,23 @@ impl StoredHeader {
     pub(super) fn values(&self) -> usize {
         self.size.texels() * self.channels.count()
     }
+}
+
+/// Checks an image that is decoded at once against the length of its file: see
+/// [`MAX_UNBACKED_BYTES`].
+pub(super) fn check_backed(header: &Header, file: u64) -> Result<(), ImageError> {
+    let Header { format, size, channels, depth } = *header;
+    let value = match depth {
+        Depth::U8 => 1,
+        Depth::U16 => 2,
+        Depth::F32 => 4,
+    };
+    let bytes = size.texels() as u64 * channels.count() as u64 * value;
+    let least = bytes / MAX_RATIO;
+    if bytes > MAX_UNBACKED_BYTES && file < least {
+        return Err(ImageError::Unbacked { format, size, found: file, least });
+    }
+    Ok(())
 }
 
 /// The format of the content, or an error that shows its first bytes.

@@ -46,12 +46,14 @@ use std::path::Path;
 use uvgraft::texture::{Texels, Texture};
 
 pub use self::band_reader::{BandDecoder, BandReader};
-pub use self::band_writer::{BandEncoder, BandWriter};
+pub use self::band_writer::{BandEncoder, BandWriter, check_size};
 pub use self::error::{EncodeError, ImageError, Loss, ReadError, WriteError};
 pub(crate) use self::exr::encode_rows as encode_exr_rows;
 pub use self::format::Format;
 use self::header::StoredHeader;
-pub use self::header::{Header, MAX_BYTES, MAX_ICC_BYTES, TextureSpec};
+pub use self::header::{
+    Header, MAX_BYTES, MAX_ICC_BYTES, MAX_RATIO, MAX_UNBACKED_BYTES, MAX_WHOLE_TEXELS, TextureSpec,
+};
 pub use self::segments::{Segment, Segments};
 use crate::output::write_atomically;
 
