@@ -1,0 +1,186 @@
+//! Readers of files: whatever the bytes are, they are read or refused.
+//!
+//! What was read is used, as far as the type's invariants promise that it can be.
+
+use std::hint::black_box;
+use std::io::{Cursor, Write as _};
+
+use uvgraft::islands::Islands;
+use uvgraft_avatar::body::{BodyModel, Shape};
+use uvgraft_avatar::motion::Motion;
+use uvgraft_gltf::scene::{MeshChoice, PoseRequest, Scene, read_mesh};
+use uvgraft_io::face_networks::{self, FaceNetworkFiles};
+use uvgraft_io::image::{self, BandDecoder};
+use uvgraft_io::lpips_weights;
+use uvgraft_io::{
+    arrays, correspondence_table, fate, obj as obj_file, pair_file as pairs, pickle as pickles,
+    ply as ply_file, sampling_map, tflite as models, torch as torch_file, vertex_groups as groups,
+    vertex_list as lists, vertex_map as maps,
+};
+use uvgraft_metrics::lpips::LpipsNetwork;
+
+use crate::sealed::{pair_resealed, png_resealed};
+
+pub(crate) fn obj(bytes: &[u8]) {
+    if let Ok(mesh) = obj_file::parse(bytes) {
+        black_box(Islands::new(&mesh).count());
+        let mut written = Vec::new();
+        assert!(obj_file::write(&mesh, &mut written).is_ok());
+        assert!(obj_file::parse(&written).is_ok(), "what was written must be read");
+    }
+}
+
+pub(crate) fn ply(bytes: &[u8]) {
+    if let Ok(mesh) = ply_file::parse(bytes) {
+        black_box(Islands::new(&mesh).count());
+    }
+}
+
+pub(crate) fn glb(bytes: &[u8]) {
+    if let Ok(scene) = Scene::read(bytes) {
+        let _ = black_box(scene.pose(&PoseRequest::default()));
+    }
+    let _ = black_box(read_mesh(bytes, &MeshChoice::default()));
+}
+
+pub(crate) fn npy(bytes: &[u8]) {
+    if let Ok(array) = arrays::parse_npy(bytes) {
+        assert_eq!(array.f32s().len(), array.shape().iter().product::<usize>());
+        black_box(array.integers());
+    }
+}
+
+pub(crate) fn npz(bytes: &[u8]) {
+    let _ = black_box(arrays::parse(bytes));
+}
+
+pub(crate) fn pickle(bytes: &[u8]) {
+    let _ = black_box(pickles::parse(bytes));
+    let _ = black_box(pickles::parse_with_outside(bytes));
+    let _ = black_box(arrays::parse(bytes));
+}
+
+/// As a whole file, and as the pickle of one, so that changes get past the archive's checksums.
+pub(crate) fn torch(bytes: &[u8]) {
+    let _ = black_box(torch_file::parse(bytes));
+    let _ = black_box(fate::parse_dump(bytes, 8));
+    let mut archive = zip::ZipWriter::new(Cursor::new(Vec::new()));
+    let stored =
+        zip::write::SimpleFileOptions::default().compression_method(zip::CompressionMethod::Stored);
+    let mut add = |name: &str, content: &[u8]| {
+        archive.start_file(name, stored).is_ok() && archive.write_all(content).is_ok()
+    };
+    if add("archive/data.pkl", bytes) && add("archive/data/0", &[7; 64]) {
+        let packed = archive.finish().map(Cursor::into_inner).unwrap_or_default();
+        let _ = black_box(torch_file::parse(&packed));
+        let _ = black_box(fate::parse_dump(&packed, 8));
+    }
+}
+
+pub(crate) fn tflite(bytes: &[u8]) {
+    let _ = black_box(models::parse(bytes));
+}
+
+/// Whole, and in bands of a height that the bytes decide.
+pub(crate) fn image(bytes: &[u8]) {
+    let sealed = bytes.starts_with(b"\x89PNG").then(|| png_resealed(bytes));
+    for bytes in [Some(bytes), sealed.as_deref()].into_iter().flatten() {
+        let _ = black_box(image::decode_header(bytes));
+        let _ = black_box(image::decode_focal_length_px(bytes));
+        let whole = image::decode(bytes);
+        let Ok(mut bands) = BandDecoder::new(bytes) else {
+            assert!(whole.is_err(), "bands must be what the whole is");
+            continue;
+        };
+        let height = u32::from(bytes.last().copied().unwrap_or(1)) % 9 + 1;
+        let mut rows = Vec::new();
+        let failed = loop {
+            match bands.next_band(height) {
+                Ok(Some(band)) => rows.push(band),
+                Ok(None) => break false,
+                Err(_) => break true,
+            }
+        };
+        match whole {
+            Ok(whole) => {
+                assert!(!failed, "bands must be what the whole is");
+                let mut first = 0;
+                for band in rows {
+                    let end = first + band.size().height;
+                    assert!(band == whole.texture.rows(first..end), "rows from {first}");
+                    first = end;
+                }
+                assert_eq!(first, whole.texture.size().height);
+            }
+            // Large images may be decoded in bands only.
+            Err(image::ImageError::Unbacked { .. }) => {}
+            Err(_) => assert!(failed, "bands must be what the whole is"),
+        }
+    }
+}
+
+pub(crate) fn pair_file(bytes: &[u8]) {
+    let _ = black_box(pairs::decode(bytes));
+    if let Ok(file) = pairs::decode(&pair_resealed(bytes)) {
+        assert!(file.pair.pieces().len() < bytes.len());
+    }
+}
+
+pub(crate) fn map_file(bytes: &[u8]) {
+    let _ = black_box(sampling_map::parse(bytes));
+}
+
+pub(crate) fn vertex_map(bytes: &[u8]) {
+    let _ = black_box(maps::parse(bytes));
+}
+
+pub(crate) fn vertex_list(bytes: &[u8]) {
+    if let Ok(list) = lists::parse(bytes, 40) {
+        assert!(list.iter().all(|&vertex| vertex < 40));
+    }
+}
+
+pub(crate) fn vertex_groups(bytes: &[u8]) {
+    let _ = black_box(groups::parse(bytes));
+}
+
+pub(crate) fn correspondence_table(bytes: &[u8]) {
+    let _ = black_box(correspondence_table::parse(bytes));
+}
+
+pub(crate) fn body_model(bytes: &[u8]) {
+    let Ok(arrays) = arrays::parse(bytes) else { return };
+    if let Ok(model) = BodyModel::from_arrays(&arrays) {
+        let _ = black_box(model.shaped(&Shape::default()));
+    }
+}
+
+pub(crate) fn motion(bytes: &[u8]) {
+    let Ok(arrays) = arrays::parse(bytes) else { return };
+    if let Ok(motion) = Motion::from_arrays(&arrays) {
+        assert!(motion.seconds().is_finite());
+    }
+}
+
+/// Files of this program with networks, and the networks in them.
+pub(crate) fn networks(bytes: &[u8]) {
+    let _ = black_box(face_networks::decode(bytes));
+    for network in [LpipsNetwork::Alex, LpipsNetwork::Vgg] {
+        let _ = black_box(lpips_weights::decode(bytes, network));
+    }
+    let third = bytes.len() / 3;
+    let files = FaceNetworkFiles {
+        landmark: bytes[..third].to_vec(),
+        geometry: bytes[third..2 * third].to_vec(),
+        detection: bytes[2 * third..].to_vec(),
+        iris: None,
+    };
+    let _ = black_box(files.parse());
+}
+
+/// Packages of others, which are parsed only if they are the known ones.
+pub(crate) fn imports(bytes: &[u8]) {
+    assert!(face_networks::import::import(bytes).is_err());
+    assert!(uvgraft_open_body::import(bytes).is_err());
+    assert!(lpips_weights::sdist::import(bytes).is_err());
+}

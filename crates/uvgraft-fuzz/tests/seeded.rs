@@ -1,0 +1,98 @@
+//! Every target on inputs that were once a problem, and on thousands of mutated seeds.
+
+#![allow(clippy::print_stdout, reason = "counts of a long run are worth knowing")]
+
+use std::panic::{AssertUnwindSafe, catch_unwind};
+use std::path::{Path, PathBuf};
+use std::sync::mpsc::{RecvTimeoutError, channel};
+use std::thread;
+use std::time::{Duration, Instant};
+
+use uvgraft_fuzz::{Mutator, TARGETS, Target};
+
+/// Inputs of each target, unless the environment variable `UVGRAFT_FUZZ_INPUTS` has another number.
+const INPUTS: usize = 2_000;
+
+/// An input of 64 KiB that takes longer hangs, however slow the machine is.
+const PATIENCE: Duration = Duration::from_secs(60);
+
+/// More than any of the inputs needs, of which each has less than a megabyte.
+const MAX_MEMORY: u64 = 1 << 30;
+
+fn folder() -> PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR")).join("../../fuzz/regressions")
+}
+
+/// Runs a target, and stops the test if the input is a problem, with the input in a file.
+fn check(target: Target, inputs: impl Iterator<Item = Vec<u8>> + Send + 'static) -> usize {
+    let (sender, receiver) = channel();
+    thread::spawn(move || {
+        for input in inputs {
+            let _ = sender.send(Err(input.clone()));
+            let run = AssertUnwindSafe(|| (target.run)(&input));
+            let _ = sender.send(Ok(catch_unwind(run).is_ok()));
+        }
+    });
+    let (mut count, mut last) = (0, Vec::new());
+    let find = |input: &[u8], what: &str| {
+        let path = std::env::temp_dir().join(format!("uvgraft-fuzz-{}", target.name));
+        let _ = std::fs::write(&path, input);
+        panic!("{}: an input {what}; it is in {}", target.name, path.display());
+    };
+    loop {
+        let start = Instant::now();
+        match receiver.recv_timeout(PATIENCE) {
+            Ok(Err(input)) => last = input,
+            Ok(Ok(true)) => count += 1,
+            Ok(Ok(false)) => find(&last, "panics"),
+            Err(RecvTimeoutError::Timeout) => find(&last, "hangs"),
+            Err(RecvTimeoutError::Disconnected) => return count,
+        }
+        if start.elapsed() > PATIENCE / 6 {
+            find(&last, "takes very long");
+        }
+    }
+}
+
+/// The most memory that this process has had, where the system tells.
+fn peak() -> u64 {
+    let status = std::fs::read_to_string("/proc/self/status").unwrap_or_default();
+    let peak = status.lines().find_map(|line| line.strip_prefix("VmHWM:"));
+    let kib = peak.and_then(|text| text.trim().strip_suffix(" kB")?.parse::<u64>().ok());
+    kib.unwrap_or(0) << 10
+}
+
+#[test]
+fn what_was_once_a_problem_is_none() {
+    for &target in TARGETS {
+        let entries = folder().join(target.name).read_dir().into_iter().flatten().flatten();
+        let inputs: Vec<Vec<u8>> =
+            entries.map(|entry| std::fs::read(entry.path()).unwrap()).collect();
+        check(target, inputs.into_iter());
+    }
+}
+
+/// Seeds are what readers accept, or mutations of them would test little.
+#[test]
+fn seeds_are_no_problem() {
+    for &target in TARGETS {
+        check(target, (target.seeds)().into_iter());
+    }
+}
+
+#[test]
+fn mutated_seeds_are_no_problem() {
+    let inputs = std::env::var("UVGRAFT_FUZZ_INPUTS").ok().and_then(|text| text.parse().ok());
+    let inputs: usize = inputs.unwrap_or(INPUTS);
+    let seed = std::env::var("UVGRAFT_FUZZ_SEED").ok().and_then(|text| text.parse().ok());
+    let mut all = 0;
+    for (index, &target) in (0..).zip(TARGETS) {
+        let start = Instant::now();
+        let mut mutator = Mutator::new((target.seeds)(), index + 1000 * seed.unwrap_or(1));
+        all += check(target, (0..inputs).map(move |_| mutator.next_input()));
+        println!("{:24} {inputs} inputs, {:.1} s", target.name, start.elapsed().as_secs_f64());
+        assert!(peak() < MAX_MEMORY, "{}: took {} MiB", target.name, peak() >> 20);
+    }
+    println!("{all} inputs, {} MiB at most", peak() >> 20);
+    assert_eq!(all, inputs * TARGETS.len());
+}
