@@ -19,7 +19,8 @@ WHEEL_FEATURES = $(if $(CXX_FOUND),flip simplify ktx2) $$(test ! -s target/viewe
 PYTHON_FEATURES = $(if $(CI),$(WHEEL_FEATURES),$(filter-out ktx2,$(WHEEL_FEATURES)))
 
 .PHONY: demo test bench bench-scaling bench-peers book lint fixtures package viewer test-ktx2 test-gpu test-clients \
-	selfie-report recognise test-python wheel test-wheel test-cluster test-torch
+	selfie-report recognise test-python wheel test-wheel test-cluster test-torch fuzz test-i686 test-big-endian \
+	test-aarch64 test-wasm test-miri test-asan check-systems soak mutants dist check-dist
 
 # Runs the whole workflow on a built-in example, and on a photograph if there is a network to fetch it and
 # what finds the face in it; writes to uvgraft-demo/.
@@ -55,11 +56,12 @@ test-python: viewer
 	@UVGRAFT_PYTHON_FEATURES="$(PYTHON_FEATURES)" scripts/test-python.sh $(PYTEST)
 
 # The package with the whole command, for CPython 3.10 and later, in target/wheels.
+WHEELS ?= target/wheels
 wheel: viewer
 	@scripts/install-venv.sh target/python-venv bindings/python/requirements-test.txt
-	rm -f target/wheels/uvgraft-*.whl
-	target/python-venv/bin/maturin build --release --manifest-path bindings/python/Cargo.toml \
-		--features "$(WHEEL_FEATURES)" --out target/wheels
+	rm -f $(WHEELS)/uvgraft-*.whl
+	target/python-venv/bin/maturin build --release --locked --manifest-path bindings/python/Cargo.toml \
+		--features "$(WHEEL_FEATURES)" --out $(WHEELS)
 
 # The wheel in fresh environments of the oldest and the newest Python here.
 test-wheel: wheel
@@ -79,6 +81,41 @@ test-torch:
 		echo "$(TORCH_PYTHON) has no PyTorch: tests of uvgraft.torch are skipped"
 	@! $(TORCH_PYTHON) -c 'import torch' 2>/dev/null || { $(MAKE) --no-print-directory wheel && \
 		scripts/test-installed.sh $(TORCH_PYTHON) tests/test_torch.py tests/test_jax.py; }
+
+# Fuzzes each target for a minute with the nightly toolchain: make fuzz TARGETS="obj glb" SECONDS_EACH=600
+# `make test` runs the same targets on seeded inputs.
+fuzz:
+	@scripts/fuzz.sh
+
+# The tests of the core and of the readers on other kinds of machines, or a message why they are skipped.
+test-i686 test-big-endian test-aarch64 test-wasm: test-%:
+	@CARGO="$(CARGO)" scripts/test-machine.sh $*
+
+# Undefined behaviour and memory errors, with the nightly toolchain: what Miri can run of the core, and the
+# features in C++ and all unsafe lines with the address sanitizer.
+test-miri test-asan: test-%:
+	@scripts/test-memory.sh $*
+
+# Is the code of other systems sound? Their tests have not been run.
+check-systems:
+	@CARGO="$(CARGO)" scripts/check-systems.sh
+
+# Twenty thousand transfers, a hundred processes in a folder, kills at random, full disks; takes minutes.
+soak:
+	$(CARGO) build --release --locked -p uvgraft-cli
+	scripts/soak.sh
+
+# Which changes of the code no test notices, in a sample: make mutants MUTANTS="--shard 0/16"
+MUTANTS ?= --shard 0/16 --sharding round-robin
+mutants:
+	$(CARGO) mutants $(MUTANTS)
+
+# What a release consists of, in target/dist; `make check-dist` builds it twice and compares.
+dist:
+	@CARGO="$(CARGO)" scripts/dist.sh
+
+check-dist:
+	@CARGO="$(CARGO)" scripts/check-dist.sh
 
 # Loads avatars in Debian's Blender and Godot, which take half a gigabyte, and applies exported maps in
 # SciPy and OpenCV, as Python packages under target/.
@@ -159,6 +196,7 @@ lint:
 		! echo "$$tree" | grep '^rayon' || \
 		{ echo "lint: rayon must not be a dependency without the feature threads" >&2; exit 1; }
 	@CARGO="$(CARGO)" scripts/check-wasm.sh
+	@CARGO="$(CARGO)" scripts/check-dependencies.sh
 	RUSTDOCFLAGS="-D warnings" $(CARGO) doc --locked --workspace --no-deps
 
 # Builds the book in target/book.

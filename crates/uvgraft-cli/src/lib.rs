@@ -14,6 +14,7 @@ mod canvas;
 mod compare;
 mod completions;
 mod demo;
+mod doctor;
 mod failure;
 mod filters;
 mod fitting;
@@ -46,6 +47,7 @@ mod selfie;
 mod table;
 mod terminal;
 mod transfer;
+mod version;
 mod view;
 pub mod weights;
 
@@ -73,7 +75,7 @@ struct Cli {
     /// Print help: a summary with -h, details with --help
     #[arg(short, long, global = true, action = ArgAction::Help, help_heading = heading::GLOBAL)]
     help: Option<bool>,
-    /// Print version
+    /// Print version; with --verbose also the commit and what it was built with
     #[arg(short = 'V', long, global = true, action = ArgAction::Version, help_heading = heading::GLOBAL)]
     version: Option<bool>,
 }
@@ -100,6 +102,7 @@ enum Command {
     View(view::Args),
     Bench(bench::Args),
     Weights(weights::Args),
+    Doctor(doctor::Args),
     Completions(completions::Args),
     Man(man::Args),
 }
@@ -109,7 +112,14 @@ enum Command {
 /// To be called once in a process, which it takes over: it handles signals, prints, and ends the
 /// process itself after a usage error or an interruption.
 pub fn run(arguments: impl IntoIterator<Item = OsString>) -> ExitCode {
-    let cli = Cli::try_parse_from(arguments).unwrap_or_else(|error| {
+    let arguments: Vec<OsString> = arguments.into_iter().collect();
+    // Only together, and whatever else there is.
+    let has = |names: &[&str]| arguments.iter().any(|it| names.iter().any(|name| it == name));
+    if has(&["--version", "-V"]) && has(&["--verbose"]) {
+        return terminal::print(&version::verbose())
+            .map_or_else(|error| failure::report(&error), |()| ExitCode::SUCCESS);
+    }
+    let cli = Cli::try_parse_from(&arguments).unwrap_or_else(|error| {
         let text = error.render().to_string();
         if terminal::has_unsafe(&text) {
             // Without colours, which are control characters too.
@@ -189,6 +199,7 @@ fn dispatch(cli: &Cli) -> anyhow::Result<ExitCode> {
         Command::View(args) => view::run(args),
         Command::Bench(args) => bench::run(args),
         Command::Weights(args) => weights::run(args),
+        Command::Doctor(args) => doctor::run(args),
         Command::Completions(args) => completions::run(args),
         Command::Man(args) => man::run(args),
     }

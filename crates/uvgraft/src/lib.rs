@@ -102,6 +102,7 @@ pub use piece::{Extent, Piece, PieceError, Weights};
 pub use plan::{Plan, PlanError};
 pub use report::PairReport;
 pub use resampler::Overlap;
+pub use simd::simd_level;
 pub use source_layout::SourceLayout;
 pub use tangents::{TangentFrame, TangentFrames};
 pub use texture::{

@@ -28,3 +28,23 @@ macro_rules! dispatch {
 }
 
 pub(crate) use dispatch;
+
+/// The SIMD instructions that kernels use on this machine: `AVX2`, `SSE2`, `NEON`, `WebAssembly SIMD` or
+/// `none`. Results do not depend on them.
+pub fn simd_level() -> &'static str {
+    let level = fearless_simd::Level::new();
+    #[cfg(target_arch = "x86_64")]
+    let name = if level.as_avx2().is_some() { "AVX2" } else { "SSE2" };
+    #[cfg(target_arch = "aarch64")]
+    let name = if level.as_neon().is_some() { "NEON" } else { "none" };
+    #[cfg(not(any(target_arch = "x86_64", target_arch = "aarch64")))]
+    let name = {
+        let _ = level;
+        if cfg!(all(target_arch = "wasm32", target_feature = "simd128")) {
+            "WebAssembly SIMD"
+        } else {
+            "none"
+        }
+    };
+    name
+}

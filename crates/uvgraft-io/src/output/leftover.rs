@@ -8,7 +8,6 @@
 
 use std::collections::HashSet;
 use std::fs::{File, TryLockError};
-use std::io;
 use std::path::{Path, PathBuf};
 use std::sync::{LazyLock, Mutex, PoisonError};
 use std::time::{Duration, SystemTime};
@@ -115,9 +114,9 @@ pub(super) fn lock(file: &File, path: &Path) -> bool {
 #[cfg(unix)]
 fn is_at(file: &File, path: &Path) -> bool {
     use std::os::unix::fs::MetadataExt;
-    let identity = |found: io::Result<std::fs::Metadata>| found.map(|it| (it.dev(), it.ino())).ok();
-    let found = identity(file.metadata());
-    found.is_some() && found == identity(path.symlink_metadata())
+    let identity = |found: std::fs::Metadata| (found.dev(), found.ino());
+    let found = file.metadata().ok().map(identity);
+    found.is_some() && found == path.symlink_metadata().ok().map(identity)
 }
 
 /// Elsewhere an open file cannot lose its name.

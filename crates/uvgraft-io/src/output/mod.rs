@@ -94,12 +94,8 @@ fn replace(file: &File, target: &Path) -> io::Result<()> {
 /// Creates an empty file with a name.
 fn named_file(folder: &Path) -> io::Result<NamedTempFile> {
     let prefix = leftover::prefix(leftover::START);
-    let mut builder = builder(&prefix);
-    // Temporary files are private by default; the permissions of an output follow the umask.
-    #[cfg(unix)]
-    builder.permissions(std::os::unix::fs::PermissionsExt::from_mode(0o666));
     loop {
-        let file = builder.tempfile_in(folder)?;
+        let file = builder(&prefix).tempfile_in(folder)?;
         if leftover::lock(file.as_file(), file.path()) {
             return Ok(file);
         }
@@ -109,6 +105,9 @@ fn named_file(folder: &Path) -> io::Result<NamedTempFile> {
 fn builder(prefix: &str) -> tempfile::Builder<'_, 'static> {
     let mut builder = tempfile::Builder::new();
     builder.prefix(prefix).suffix(leftover::END);
+    // Temporary files are private by default; the permissions of an output follow the umask.
+    #[cfg(unix)]
+    builder.permissions(std::os::unix::fs::PermissionsExt::from_mode(0o666));
     builder
 }
 
