@@ -398,6 +398,7 @@ mod tests {
     }
 
     #[test]
+    #[cfg_attr(target_family = "wasm", ignore = "starts threads")]
     fn results_do_not_depend_on_threads() {
         let mut rng = fastrand::Rng::with_seed(4);
         let size = Size::new(311, 207);

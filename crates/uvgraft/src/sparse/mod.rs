@@ -186,6 +186,7 @@ mod tests {
     }
 
     #[test]
+    #[cfg_attr(target_family = "wasm", ignore = "starts threads")]
     fn factors_do_not_depend_on_threads() {
         let (side, entries) = (150, grid(150));
         let factors = |threads: usize| {
