@@ -103,7 +103,7 @@ check-systems:
 # Twenty thousand transfers, a hundred processes in a folder, kills at random, full disks; takes minutes.
 soak:
 	$(CARGO) build --release --locked -p uvgraft-cli
-	scripts/soak.sh
+	scripts/soak.py
 
 # Which changes of the code no test notices, in a sample: make mutants MUTANTS="--shard 0/16"
 MUTANTS ?= --shard 0/16 --sharding round-robin
