@@ -358,7 +358,7 @@ several() {
     mkdir sources
     cp face.png noise.tif grey_alpha.tif deep.tif out/format/jpeg.jpg out/format/exr.exr out/format/webp.webp sources
     run several/folder transfer my.uvpair sources --onto body.png -o @
-    run several/jobs transfer my.uvpair sources --onto body.png --jobs 3 --threads 2 --memory 20M --mask @_mask.png -o @
+    run several/jobs transfer my.uvpair sources --onto body.png --jobs 3 --threads 2 --memory 300M --mask @_mask.png -o @
     run several/one_job transfer my.uvpair sources --size 100x120 --jobs 1 --threads 1 --format png --feather 1cm --unit m -o @
     run several/listed transfer my.uvpair face.png noise.tif --onto '#123456' --size 64 --format webp -o @
     run several/skipped transfer my.uvpair face.png noise.tif --onto body.png --skip-existing --format png -o @

@@ -212,8 +212,14 @@ fn check_command(page: &Path, command: &str) {
         words.iter().position(|&word| word == name).and_then(|at| words.get(at + 1).copied())
     };
     let is_known = match words[..] {
-        ["make", target, ..] => {
-            makefile.lines().any(|line| line.starts_with(&format!("{target}:")))
+        ["make", ref targets @ ..] => {
+            let made = |line: &str| line.split(':').next().unwrap_or_default().to_owned();
+            let made: Vec<String> =
+                makefile.lines().filter(|line| !line.starts_with('\t')).map(made).collect();
+            let is_made =
+                |target: &&str| made.iter().any(|line| line.split(' ').any(|it| it == *target));
+            let is_variable = |word: &&str| word.contains('=');
+            !targets.is_empty() && targets.iter().all(|it| is_variable(it) || is_made(it))
         }
         ["cd", ..] | ["git", ..] => true,
         [script] if script.starts_with("scripts/") => root().join(script).is_file(),

@@ -35,7 +35,7 @@ fn peak(bench: &Bench, args: &str) -> (Option<i32>, String, u64) {
 fn the_bound_holds_or_the_transfer_is_refused() {
     let bench = Bench::of_figure(&Figure::new(), 2048);
     bench.paint_noise("deep.tif", (1024, 1024), Channels::Rgb, Depth::U16);
-    bench.paint_noise("float.exr", (1024, 1024), Channels::Rgba, Depth::F32);
+    bench.paint_noise("float.exr", (1024, 1024), Channels::Rgb, Depth::F32);
     let transfers = [
         "face.png --onto base.png -o out.png",
         "face.png --onto base.png --blend membrane --tone both -o out.png",

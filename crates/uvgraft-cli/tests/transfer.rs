@@ -565,7 +565,7 @@ fn textures_at_once_equal_textures_alone() {
     bench.write("in/4.png", "no image");
     bench.write("in/7.png", "nor this");
     for (folder, how) in
-        [("one", "--jobs 1"), ("three", "--jobs 3"), ("all", "--threads 4 --memory 1K")]
+        [("one", "--jobs 1"), ("three", "--jobs 3"), ("all", "--threads 4 --memory 500M")]
     {
         let args = format!("transfer my.uvpair in --onto base.png {how} -o {folder}");
         let run = bench.run(&args);
