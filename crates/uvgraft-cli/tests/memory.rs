@@ -42,7 +42,7 @@ fn the_bound_holds_or_the_transfer_is_refused() {
         "face.png --onto base.png -o out.webp",
         "face.png --onto base.png --size 3000 -o out.tif",
         "float.exr --onto base.png -o out.exr",
-        "deep.tif --size 2048 --fit 1 -o out.png",
+        "deep.tif --size 2048 --fit --fit-steps 1 -o out.png",
         "face.png deep.tif float.exr --onto base.png --format png --jobs 3 -o many",
     ];
     let (mut held, mut refused) = (0, 0);
