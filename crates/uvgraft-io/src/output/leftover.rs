@@ -76,12 +76,8 @@ fn sweep(folder: &Path, start: &str, end: &str, remove: impl Fn(&Path, bool)) {
 
 fn remove_file(path: &Path, is_ours: bool) {
     // It is removed while it is locked, so that a process that has just created it finds out.
-    if let Some(locked) = is_unlocked(path, is_ours) {
-        if is_at(&locked, path) {
-            let _ = std::fs::remove_file(path);
-        }
-        drop(locked);
-    }
+    let remove = |locked: File| is_at(&locked, path).then(|| std::fs::remove_file(path));
+    let _ = is_unlocked(path, is_ours).map(remove);
 }
 
 /// The file, locked, if nobody else has locked it and it is old enough to be removed.
