@@ -16,56 +16,33 @@ const PATIENCE: Duration = Duration::from_secs(120);
 
 #[test]
 fn only_whole_files_stay() {
-    let bench = Bench::new();
-    bench.paint_noise("noise.png", (4096, 4096), Channels::Rgb, Depth::U8);
-    bench.write("out.png", b"what was there before");
-    let before = bench.content();
+    let bench = with_noise();
     for signal in ["INT", "TERM", "HUP"] {
         if is_ignored(signal) {
             eprintln!("skipped: this process was started with SIG{signal} ignored");
             continue;
         }
-        let mut program = compressing(bench.command());
-        wait_for(|id| has_unfinished(&bench, id), &mut program);
-        send(signal, &program);
-        let output = program.wait_with_output().unwrap();
-        let stderr = String::from_utf8(output.stderr).unwrap();
-        assert_eq!(stderr, "interrupted; unfinished outputs left unchanged\n", "{signal}");
-        assert_eq!(output.status.code(), Some(130), "{signal}");
-        assert!(bench.content() == before, "{signal}");
+        assert_whole(&bench, bench.command(), &[signal]);
     }
 }
 
 /// As under `nohup`, and in the background of a script.
 #[test]
 fn ignoring_one_signal_leaves_the_others_handled() {
-    let bench = Bench::new();
-    bench.paint_noise("noise.png", (4096, 4096), Channels::Rgb, Depth::U8);
-    bench.write("out.png", b"what was there before");
-    let before = bench.content();
+    let bench = with_noise();
     for ignored in ["HUP", "INT"] {
         let program = bench.command();
         let mut command = Command::new("sh");
         command.args(["-c", &format!("trap '' {ignored}; exec \"$@\""), "sh"]);
         command.arg(program.get_program()).current_dir(bench.path(""));
-        let mut program = compressing(command);
-        wait_for(|id| has_unfinished(&bench, id), &mut program);
-        send(ignored, &program);
-        send("TERM", &program);
-        let output = program.wait_with_output().unwrap();
-        let stderr = String::from_utf8(output.stderr).unwrap();
-        assert_eq!(stderr, "interrupted; unfinished outputs left unchanged\n", "{ignored}");
-        assert_eq!(output.status.code(), Some(130), "{ignored}");
-        assert!(bench.content() == before, "{ignored}");
+        assert_whole(&bench, command, &[ignored, "TERM"]);
     }
 }
 
 /// Nothing can be done about SIGKILL, except to leave nothing behind.
 #[test]
 fn a_killed_program_leaves_nothing_to_the_next() {
-    let bench = Bench::new();
-    bench.paint_noise("noise.png", (4096, 4096), Channels::Rgb, Depth::U8);
-    bench.write("out.png", b"what was there before");
+    let bench = with_noise();
     let before = bench.content();
     let mut program = compressing(bench.command());
     wait_for(|id| has_unfinished(&bench, id), &mut program);
@@ -95,6 +72,28 @@ fn files_larger_than_allowed_are_an_error() {
     assert_eq!(output.status.code(), Some(1), "{stderr}");
     assert!(stderr.starts_with("error: cannot write out.png: "), "{stderr}");
     assert!(bench.content() == before);
+}
+
+/// A folder with noise, and a file where the output will be.
+fn with_noise() -> Bench {
+    let bench = Bench::new();
+    bench.paint_noise("noise.png", (4096, 4096), Channels::Rgb, Depth::U8);
+    bench.write("out.png", b"what was there before");
+    bench
+}
+
+/// Asserts that signals, the last of which is handled, end a program that leaves all as it was.
+#[track_caller]
+fn assert_whole(bench: &Bench, command: Command, signals: &[&str]) {
+    let before = bench.content();
+    let mut program = compressing(command);
+    wait_for(|id| has_unfinished(bench, id), &mut program);
+    signals.iter().for_each(|signal| send(signal, &program));
+    let output = program.wait_with_output().unwrap();
+    let stderr = String::from_utf8(output.stderr).unwrap();
+    assert_eq!(stderr, "interrupted; unfinished outputs left unchanged\n", "{signals:?}");
+    assert_eq!(output.status.code(), Some(130), "{signals:?}");
+    assert!(bench.content() == before, "{signals:?}");
 }
 
 /// Starts a transfer that takes seconds to compress noise: it is interrupted while it writes.

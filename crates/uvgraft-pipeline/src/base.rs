@@ -46,11 +46,6 @@ impl BaseOrder<'_> {
         image::read_header(path).ok()
     }
 
-    /// The size of what is composited onto the base, as far as it is known before it is opened.
-    pub(crate) fn target(&self) -> Option<Size> {
-        self.size.or_else(|| self.header().map(|header| header.size))
-    }
-
     fn size_without_image(&self) -> Result<Size> {
         self.size.ok_or_else(|| {
             Failure::input(if self.is_material {
@@ -303,10 +298,5 @@ fn not_a_base(error: &ReadError, path: &Path) -> Failure {
 
 /// Bytes of a texture in memory.
 pub(crate) fn bytes_of(size: Size, format: TexelFormat) -> u64 {
-    let value = match format.depth {
-        Depth::U8 => 1,
-        Depth::U16 => 2,
-        Depth::F32 => 4,
-    };
-    size.texels() as u64 * format.channels.count() as u64 * value
+    size.texels() as u64 * (format.channels.count() * format.depth.bytes()) as u64
 }

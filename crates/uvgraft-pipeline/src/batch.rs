@@ -29,6 +29,7 @@ pub(crate) fn run(
     let memory = worker.transfer.budget(base, unchanged.as_ref());
     let needed = |job: &Job| memory::needed(job, base.size(), base.depth(), options);
     if at_once <= 1 {
+        let is_bound = worker.transfer.memory.is_some();
         for (index, job) in jobs.iter().enumerate() {
             if worker.observer.is_cancelled() {
                 break;
@@ -36,7 +37,8 @@ pub(crate) fn run(
             let made_from = records.and_then(|records| records.made_from(job));
             report.begin(job);
             let start = Instant::now();
-            let outcome = match memory.take(needed(job)) {
+            // Without a bound, whatever is alone is granted.
+            let outcome = match memory.take(if is_bound { needed(job) } else { 0 }) {
                 Ok(_reserved) => worker.carry(job, true),
                 Err(failure) => Outcome::from(failure),
             };

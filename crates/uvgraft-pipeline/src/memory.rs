@@ -46,17 +46,19 @@ fn in_use() -> u64 {
 impl Transfer {
     /// Checks that a batch can be within the bound, before its base is decoded and its blend
     /// prepared.
+    ///
+    /// - `header`: that of the base, if it is an image.
     pub(crate) fn check_memory(
         &self,
         batch: &Batch,
         link: &Link,
-        size: Option<Size>,
-        keeps_base: bool,
+        order: &BaseOrder<'_>,
+        header: Option<Header>,
     ) -> Result<()> {
         let Some(bound) = self.memory else { return Ok(()) };
-        let order = self.base_order(batch.onto.as_ref(), batch.values, size);
-        let base = base_bytes(&order, keeps_base);
-        let target = order.target().unwrap_or(Size::square(1));
+        let base = header.map_or(0, |header| base_bytes(order, header, self.keeps_base(batch)));
+        let size = order.size.or_else(|| header.map(|header| header.size));
+        let target = size.unwrap_or(Size::square(1));
         let blend = match (&self.blending, link.pair()) {
             (Some(blending), Some(pair)) => {
                 let vertices = pair.to(self.direction).positions().len() as u64;
@@ -68,7 +70,7 @@ impl Transfer {
         let options = Options::new(self, batch.values);
         // Of several textures, each is checked when it is its turn.
         let texture = match &*batch.jobs {
-            [job] => needed(job, target, order.header().map(|it| it.depth), &options),
+            [job] => needed(job, target, header.map(|header| header.depth), &options),
             _ => 0,
         };
         refuse_beyond(bound, in_use() + threads() + base + blend + texture)
@@ -102,8 +104,7 @@ fn refuse_beyond(bound: u64, needed: u64) -> Result<()> {
 }
 
 /// Upper bound of the bytes that decoding a base takes and leaves.
-fn base_bytes(order: &BaseOrder<'_>, keeps: bool) -> u64 {
-    let Some(header) = order.header() else { return 0 };
+fn base_bytes(order: &BaseOrder<'_>, header: Header, keeps: bool) -> u64 {
     let target = order.size.unwrap_or(header.size);
     let is_resized = target != header.size;
     let decoded = decoded_bytes(order.onto.and_then(BaseSource::path), &header);

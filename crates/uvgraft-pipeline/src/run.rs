@@ -68,8 +68,11 @@ impl Transfer {
         let known = KnownTexels::read(self.source_mask.as_deref(), self.fill.as_deref())?;
         let known = Arc::new(known);
         for batch in &plan.batches {
-            self.check_formats(batch, size)?;
-            self.check_memory(batch, &link, size, self.keeps_base(batch))?;
+            let order = self.base_order(batch.onto.as_ref(), batch.values, size);
+            let header = order.header();
+            let target = size.or_else(|| header.map(|header| header.size));
+            target.map_or(Ok(()), |target| check_formats(batch, target))?;
+            self.check_memory(batch, &link, &order, header)?;
         }
         // Decoding a base and preparing a blend take about the same time.
         let (blend, first_base) = rayon::join(
@@ -351,24 +354,8 @@ impl Transfer {
         Base::new(&order, self.keeps_base(batch))
     }
 
-    /// Checks that the formats of a batch's outputs can have their size.
-    fn check_formats(&self, batch: &Batch, size: Option<Size>) -> Result<()> {
-        let order = self.base_order(batch.onto.as_ref(), batch.values, size);
-        let Some(target) = order.target() else { return Ok(()) };
-        let mut checked = None;
-        for job in &batch.jobs {
-            let format = format_of(&job.output)?;
-            if checked.replace(format) != Some(format) {
-                image::check_size(format, target).or_input().map_err(|failure| {
-                    failure.context(format_args!("cannot write {}", job.output.display()))
-                })?;
-            }
-        }
-        Ok(())
-    }
-
     /// Whether the base of a batch is read more than once.
-    fn keeps_base(&self, batch: &Batch) -> bool {
+    pub(crate) fn keeps_base(&self, batch: &Batch) -> bool {
         let needs_colors = self.blending.as_ref().is_some_and(Blending::needs_colors);
         batch.jobs.len() > 1 || (batch.values.is_toned() && needs_colors)
     }
@@ -391,6 +378,20 @@ impl Transfer {
         };
         plan.batches.iter().map(of_batch).collect()
     }
+}
+
+/// Checks that the formats of a batch's outputs can have their size.
+fn check_formats(batch: &Batch, target: Size) -> Result<()> {
+    let mut checked = None;
+    for job in &batch.jobs {
+        let format = format_of(&job.output)?;
+        if checked.replace(format) != Some(format) {
+            image::check_size(format, target).or_input().map_err(|failure| {
+                failure.context(format_args!("cannot write {}", job.output.display()))
+            })?;
+        }
+    }
+    Ok(())
 }
 
 /// Removes the jobs whose outputs are up to date.

@@ -116,6 +116,17 @@ pub enum Depth {
     F32,
 }
 
+impl Depth {
+    /// Bytes of a value.
+    pub const fn bytes(self) -> usize {
+        match self {
+            Self::U8 => 1,
+            Self::U16 => 2,
+            Self::F32 => 4,
+        }
+    }
+}
+
 /// Row-major texels, channels interleaved, in one of three depths.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Texels {

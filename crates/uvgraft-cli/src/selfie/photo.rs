@@ -2,7 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
-use uvgraft::{Depth, Size, Texture};
+use uvgraft::{Size, Texture};
 use uvgraft_io::image::{self, Image};
 use uvgraft_io::tracking::TrackedFrame;
 use uvgraft_selfie::landmarks::{FaceError, FaceNetworks};
@@ -129,18 +129,13 @@ impl Photo {
 /// Refuses photographs that need too much memory, before they are decoded.
 fn check_size(path: &Path) -> anyhow::Result<()> {
     let header = image::read_header(path).or_bad_input()?;
-    let bytes = match header.depth {
-        Depth::U8 => 1,
-        Depth::U16 => 2,
-        Depth::F32 => 4,
-    };
     let Size { width, height } = header.size;
     let texels = u64::from(width) * u64::from(height);
-    let wanted = texels.saturating_mul((header.channels.count() * bytes) as u64);
+    let wanted = texels.saturating_mul((header.channels.count() * header.depth.bytes()) as u64);
     if wanted <= MOST_BYTES as u64 {
         return Ok(());
     }
-    let most = MOST_BYTES / (header.channels.count() * bytes) / 1_000_000;
+    let most = MOST_BYTES / (header.channels.count() * header.depth.bytes()) / 1_000_000;
     Err(bad_input(format!(
         "{}: a photograph like this must have at most {most} megapixels, got {}",
         path.display(),

@@ -121,12 +121,7 @@ impl StoredHeader {
 /// [`MAX_UNBACKED_BYTES`].
 pub(super) fn check_backed(header: &Header, file: u64) -> Result<(), ImageError> {
     let Header { format, size, channels, depth } = *header;
-    let value = match depth {
-        Depth::U8 => 1,
-        Depth::U16 => 2,
-        Depth::F32 => 4,
-    };
-    let bytes = size.texels() as u64 * channels.count() as u64 * value;
+    let bytes = size.texels() as u64 * (channels.count() * depth.bytes()) as u64;
     let least = bytes / MAX_RATIO;
     if bytes > MAX_UNBACKED_BYTES && file < least {
         return Err(ImageError::Unbacked { format, size, found: file, least });
@@ -147,12 +142,7 @@ pub(super) fn check_size(
     channels: Channels,
     depth: Depth,
 ) -> Result<Size, ImageError> {
-    let bytes = match depth {
-        Depth::U8 => 1,
-        Depth::U16 => 2,
-        Depth::F32 => 4,
-    };
-    check_bytes(format, (width, height), channels.count() as u64 * bytes)
+    check_bytes(format, (width, height), (channels.count() * depth.bytes()) as u64)
 }
 
 /// As [`check_size`], for texels that take `texel_bytes` while decoding.

@@ -24,7 +24,8 @@ pub(in crate::image) struct RowEncoder {
     /// Whether colours are multiplied by opacity: not those of data.
     premultiplies: bool,
     channels: Channels,
-    losses: Vec<Loss>,
+    loses_icc: bool,
+    hides_color: bool,
 }
 
 impl RowEncoder {
@@ -33,16 +34,14 @@ impl RowEncoder {
         mut icc: Option<&[u8]>,
         compress: bool,
     ) -> Result<Self, EncodeError> {
-        let mut losses = Vec::new();
-        if icc.take().is_some() {
-            losses.push(Loss::IccProfile { format: FORMAT });
-        }
+        let loses_icc = icc.take().is_some();
         Ok(Self {
             blocks: BlockWriter::new(spec.size, spec.channels, compress)?,
             conversion: Conversion::new(spec, FORMAT, &mut icc),
             premultiplies: spec.channels.has_alpha() && spec.encoding != Encoding::Data,
             channels: spec.channels,
-            losses,
+            loses_icc,
+            hides_color: false,
         })
     }
 
@@ -56,11 +55,8 @@ impl RowEncoder {
         for row in 0..texels.len() / row_values {
             let mut values =
                 self.conversion.apply(texels, row * row_values..(row + 1) * row_values);
-            if self.premultiplies
-                && premultiply(values.to_mut(), self.channels)
-                && !self.losses.contains(&Loss::HiddenColor)
-            {
-                self.losses.push(Loss::HiddenColor);
+            if self.premultiplies {
+                self.hides_color |= premultiply(values.to_mut(), self.channels);
             }
             self.blocks.write_row(&values, out)?;
         }
@@ -73,11 +69,9 @@ impl RowEncoder {
         out: &mut W,
     ) -> Result<Vec<Loss>, EncodeError> {
         self.blocks.finish(out)?;
-        let (mut losses, of_values) = (self.losses, self.conversion.losses());
-        let hidden = losses.iter().position(|loss| *loss == Loss::HiddenColor);
-        let at = hidden.unwrap_or(losses.len());
-        losses.splice(at..at, of_values);
-        Ok(losses)
+        let icc = self.loses_icc.then_some(Loss::IccProfile { format: FORMAT });
+        let hidden = self.hides_color.then_some(Loss::HiddenColor);
+        Ok(icc.into_iter().chain(self.conversion.losses()).chain(hidden).collect())
     }
 }
 

@@ -60,7 +60,7 @@ impl RowEncoder {
             Depth::U16 => AnyConversion::U16(Conversion::new(spec, FORMAT, &mut icc)),
             Depth::F32 => AnyConversion::F32(Conversion::new(spec, FORMAT, &mut icc)),
         };
-        let row_bytes = spec.row_values() as u64 * sample_bytes(spec.depth);
+        let row_bytes = (spec.row_values() * spec.depth.bytes()) as u64;
         Self {
             spec: *spec,
             icc: icc.map(<[u8]>::to_vec),
@@ -179,14 +179,6 @@ impl RowEncoder {
     }
 }
 
-const fn sample_bytes(depth: Depth) -> u64 {
-    match depth {
-        Depth::U8 => 1,
-        Depth::U16 => 2,
-        Depth::F32 => 4,
-    }
-}
-
 /// Replaces each integer of a row by the difference to the one of the same channel before it: the
 /// horizontal predictor.
 fn take_differences(row: &mut [u8], spec: &TextureSpec) {
@@ -240,10 +232,7 @@ impl Directory {
         let mut entries = vec![
             (Tag::ImageWidth, Values::Longs(vec![spec.size.width])),
             (Tag::ImageLength, Values::Longs(vec![spec.size.height])),
-            (
-                Tag::BitsPerSample,
-                Values::Shorts(vec![8 * sample_bytes(spec.depth) as u16; channels]),
-            ),
+            (Tag::BitsPerSample, Values::Shorts(vec![8 * spec.depth.bytes() as u16; channels])),
             (Tag::Compression, short(compression.to_u16())),
             (Tag::PhotometricInterpretation, short(interpretation.to_u16())),
             (Tag::StripOffsets, Values::Offsets(strips.iter().map(|&(at, _)| at).collect())),
