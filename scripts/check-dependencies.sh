@@ -5,16 +5,13 @@
 set -euo pipefail
 cd "$(dirname "$0")/.."
 
-cargo="${CARGO:-cargo}"
-tools="${XDG_CACHE_HOME:-$HOME/.cache}/uvgraft-tools"
-export PATH="$tools/bin:$PATH"
-if ! command -v cargo-deny >/dev/null && [ -n "${CI:-}" ]; then
-  "$cargo" install --locked --quiet --root "$tools" cargo-deny
-fi
-if ! command -v cargo-deny >/dev/null; then
+if ! tools="$(scripts/cargo-tool.sh cargo-deny ${CI:+install})"; then
+  # In CI it must be there.
+  [ -z "${CI:-}" ] || exit 1
   echo "lint: licences of dependencies are not checked without cargo-deny (cargo install cargo-deny)"
   exit 0
 fi
+export PATH="$tools:$PATH"
 cargo deny --log-level error --locked check licenses bans sources
 # The database is a repository, which not every machine reaches.
 if ! timeout 60 cargo deny --log-level error --locked fetch db >/dev/null 2>&1; then

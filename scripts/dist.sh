@@ -18,7 +18,7 @@ skip() {
   echo "dist: $1 is left out, since $2"
 }
 
-# What depends on the day, the folder or the machine does not belong into the bytes.
+# What depends on the day, the folder or the machine must not be in the bytes.
 UVGRAFT_COMMIT="${UVGRAFT_COMMIT:-$(git rev-parse HEAD 2>/dev/null || true)}"
 SOURCE_DATE_EPOCH="${SOURCE_DATE_EPOCH:-$(git log -1 --format=%ct 2>/dev/null || echo 315532800)}"
 export UVGRAFT_COMMIT SOURCE_DATE_EPOCH CARGO_INCREMENTAL=0 LC_ALL=C TZ=UTC
@@ -52,14 +52,10 @@ else
   exit 1
 fi
 
-tools="$PWD/target/tools"
-export PATH="$tools/bin:$PATH"
-if ! "$cargo" cyclonedx --version >/dev/null 2>&1; then
-  "$cargo" install --locked --quiet --root "$tools" cargo-cyclonedx 2>/dev/null || true
-fi
-if ! "$cargo" cyclonedx --version >/dev/null 2>&1; then
+if ! tools="$(scripts/cargo-tool.sh cargo-cyclonedx install)"; then
   skip "the list of contents" "cargo-cyclonedx is not installed and cannot be"
 else
+  export PATH="$tools:$PATH"
   "$cargo" cyclonedx --quiet --manifest-path crates/uvgraft-cli/Cargo.toml --format json \
     --spec-version 1.5 --target "$target" --override-filename uvgraft-sbom
   # Each run has a number and a time of its own; and paths of this machine.

@@ -14,12 +14,9 @@ if ! command -v c++ >/dev/null; then
   echo "fuzz: skipped, since there is no C++ compiler (c++), which libFuzzer needs"
   exit 0
 fi
-tools="$PWD/target/tools"
-export PATH="$tools/bin:$PATH"
-if ! cargo fuzz --version >/dev/null 2>&1; then
-  cargo install --locked --quiet --root "$tools" cargo-fuzz ||
-    { echo "fuzz: skipped, since cargo-fuzz could not be installed"; exit 0; }
-fi
+tools="$(scripts/cargo-tool.sh cargo-fuzz install)" ||
+  { echo "fuzz: skipped, since cargo-fuzz could not be installed"; exit 0; }
+export PATH="$tools:$PATH"
 
 targets="$(cargo run --quiet --locked -p uvgraft-fuzz --example seeds -- fuzz/corpus)"
 cargo +nightly fuzz build target

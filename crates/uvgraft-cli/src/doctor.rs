@@ -19,8 +19,7 @@ use crate::{terminal, version, weights};
 ///
 /// Prints the version, the optional features, what the machine offers, the networks that were
 /// imported, and, for each file given, the terms that it states: the note of a pair, the licence of
-/// a body model, or the copyright of an avatar. The first part belongs into reports of problems; it
-/// has no names of users or hosts.
+/// a body model, or the copyright of an avatar. Please include the output in reports of problems.
 #[derive(clap::Args)]
 pub(crate) struct Args {
     /// Pairs, body models and avatars whose terms to tell
@@ -49,7 +48,7 @@ pub(crate) fn run(args: &Args) -> anyhow::Result<ExitCode> {
         format!(
             "up to {} GiB decoded; WebP up to {} million texels",
             MAX_BYTES >> 30,
-            MAX_WHOLE_TEXELS >> 20
+            MAX_WHOLE_TEXELS / 1_000_000
         ),
     );
     row("networks for LPIPS", lpips());
@@ -69,7 +68,7 @@ pub(crate) fn run(args: &Args) -> anyhow::Result<ExitCode> {
     Ok(ExitCode::SUCCESS)
 }
 
-/// The memory of the machine and the limit of the process' group, where the system tells.
+/// The memory of the machine, and of it what the process may use, where the system tells.
 fn memory() -> String {
     let read = |path: &str| std::fs::read_to_string(path).unwrap_or_default();
     let info = read("/proc/meminfo");
