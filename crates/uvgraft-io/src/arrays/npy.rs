@@ -59,9 +59,10 @@ fn parse(bytes: &[u8]) -> Result<NpyArray<'_>, Unread> {
 }
 
 fn lengths(array: &NpyArray<'_>) -> Result<Vec<usize>, Unread> {
-    let lengths = array.axes.iter().flatten().map(|&length| usize::try_from(length).ok());
-    let shape = array.axes.as_ref().and_then(|_| lengths.collect::<Option<Vec<_>>>());
-    shape.ok_or_else(|| {
+    // Where lengths have 32 bits, the longest stands for all that are longer; none has that many values.
+    let lengths = array.axes.iter().flatten();
+    let lengths = lengths.map(|&length| usize::try_from(length).unwrap_or(usize::MAX)).collect();
+    array.axes.as_ref().map(|_| lengths).ok_or_else(|| {
         let found = shown(array.shape);
         Unread::Broken(format!("shape must have at most {MAX_AXES} dimensions, got {found}"))
     })

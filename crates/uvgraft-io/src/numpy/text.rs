@@ -26,7 +26,8 @@ impl TextDtype {
             _ => return None,
         };
         let digits = std::str::from_utf8(digits).ok()?;
-        let length = digits.parse().ok().filter(|_| !digits.starts_with('+'))?;
+        let told: u64 = digits.parse().ok().filter(|_| !digits.starts_with('+'))?;
+        let length = usize::try_from(told).unwrap_or(usize::MAX);
         Some(Self { unicode, length, big_endian })
     }
 

@@ -6,7 +6,7 @@ use std::rc::Rc;
 use crate::arrays::archive::ArchiveInMemory;
 use crate::arrays::collect::Outside;
 use crate::arrays::error::Unread;
-use crate::arrays::numeric::NumericArray;
+use crate::arrays::numeric::{NumericArray, length};
 use crate::numpy::{Dtype, NumberKind};
 use crate::obj::shown;
 use crate::pickle::{Class, Object, StorageKind, Value};
@@ -149,7 +149,7 @@ impl Strides {
 }
 
 fn size(value: Value<'_>) -> Option<usize> {
-    usize::try_from(value.as_int()?).ok()
+    length(value.as_int()?)
 }
 
 fn sizes(value: Value<'_>) -> Option<Vec<usize>> {
