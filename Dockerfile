@@ -2,8 +2,9 @@
 #
 # The command as one static binary in an empty image, for clusters:
 #
-#   docker build -t uvgraft .
-#   docker run --rm -v "$PWD:/data" -w /data --user "$(id -u):$(id -g)" uvgraft \
+#   docker build -t uvgraft --build-arg UVGRAFT_COMMIT="$(git rev-parse HEAD)" .
+#   docker run --rm --read-only --network none --cap-drop ALL \
+#       -v "$PWD:/data" -w /data --user "$(id -u):$(id -g)" uvgraft \
 #       transfer head_to_body.uvpair faces/ --onto body.png -o bodies/ --skip-existing
 #
 # In a job of N indexed pods (Kubernetes sets JOB_COMPLETION_INDEX), each pod transfers one shard of the
@@ -17,6 +18,8 @@
 FROM rust:1.95-slim-bookworm AS build
 WORKDIR /src
 COPY . .
+# For `uvgraft --version --verbose`; the image is built without the repository's history.
+ARG UVGRAFT_COMMIT
 # glibc is linked statically, which is safe here: the command looks up neither hosts nor users, for which
 # glibc would load libraries when it runs. With a target of its own, the flags do not apply to build scripts
 # and procedural macros, which must be dynamic.
@@ -31,7 +34,7 @@ RUN --mount=type=cache,target=/usr/local/cargo/registry \
 
 FROM scratch
 COPY --from=build /uvgraft /uvgraft
-# Neither root nor a user of the cluster's nodes. Output folders must be writable for it, or for the user
-# that the cluster sets instead.
-USER 65532:65532
+# Nobody. Output folders must be writable for it, or for the user that is set instead. The command writes
+# nowhere but beside its outputs, so everything else can be read-only.
+USER 65534:65534
 ENTRYPOINT ["/uvgraft"]
