@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
 """Endurance tests of the command: `make soak`.
 
-    scripts/soak.py [--program target/release/uvgraft] [--only NAME ...] [--kills 500] [--textures 20000]
+    scripts/soak.py [--program FILE] [--only NAME ...] [--kills 500] [--textures 20000]
 
 - batch: thousands of textures in one process, whose memory must not grow
 - crowd: a hundred processes that write into one folder at once
@@ -33,7 +33,8 @@ INPUTS = ("base.png", "body.npz", "networks.safetensors")
 
 def run(args, folder, **options):
     return subprocess.run(
-        [PROGRAM, *args], cwd=folder, env=environment(folder), capture_output=True, text=True, **options
+            [PROGRAM, *args], cwd=folder, env=environment(folder),
+        capture_output=True, text=True, **options
     )
 
 
@@ -208,7 +209,7 @@ def complete(path):
 
 
 def kills(folder, options):
-    """Processes killed at random moments."""
+    """Processes killed at random moments; those that had ended do not count."""
     lines = commands(folder)
     duration = {}
     for index, line in enumerate(lines):
@@ -219,8 +220,8 @@ def kills(folder, options):
     # These tell times, so they differ from run to run, but are whole.
     changing = ("manifest", "report/report")
     generator = random.Random(options.seed)
-    torn = lost = left = ended = 0
-    for number in range(options.kills):
+    torn = lost = left = ended = killed = 0
+    while killed < options.kills:
         index = generator.randrange(len(lines))
         # Half of the time there is nothing to replace.
         if generator.random() < 0.5:
@@ -233,9 +234,13 @@ def kills(folder, options):
             stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL,
         )
         time.sleep(generator.random() * duration[index] * 1.05)
-        kind = generator.choice([signal.SIGKILL] * 3 + [signal.SIGTERM, signal.SIGINT, signal.SIGHUP])
+        gentle = [signal.SIGTERM, signal.SIGINT, signal.SIGHUP]
+        kind = generator.choice([signal.SIGKILL] * 3 + gentle)
         process.send_signal(kind)
-        ended += process.wait() == 0
+        if process.wait() == 0:
+            ended += 1
+        else:
+            killed += 1
         for name, found in content(folder).items():
             if name.endswith(".tmp"):
                 continue
@@ -254,7 +259,7 @@ def kills(folder, options):
         for path in remaining:
             print(f"left: {path} after {lines[index]}", file=sys.stderr)
             path.unlink()
-    print(f"kills: {options.kills} over {len(lines)} commands ({ended} had ended), "
+    print(f"kills: {killed} over {len(lines)} commands, and {ended} that came too late, "
           f"{torn} torn, {lost} lost, {left} temporary files left after the next run")
     assert (torn, lost, left) == (0, 0, 0)
 
