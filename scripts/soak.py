@@ -33,7 +33,7 @@ INPUTS = ("base.png", "body.npz", "networks.safetensors")
 
 def run(args, folder, **options):
     return subprocess.run(
-            [PROGRAM, *args], cwd=folder, env=environment(folder),
+        [PROGRAM, *args], cwd=folder, env=environment(folder),
         capture_output=True, text=True, **options
     )
 
