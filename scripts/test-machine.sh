@@ -68,5 +68,13 @@ export "${variable}_LINKER=$tool"
 # Static, so that programs run without the libraries of their own system.
 export "${variable}_RUSTFLAGS=-C target-feature=+crt-static"
 [ -z "$runner" ] || export "${variable}_RUNNER=$runner"
+skip=
+if [ "$kind" = big-endian ]; then
+  # QEMU 7.2 multiplies two floats to a double (the instruction MDEBR) as if they had the bits of doubles,
+  # as the reference of this test does: 0.5 times 0.25 is 7.6e-6.
+  skip=normals::kernel::tests::agrees_with_the_reference
+  echo "test-$kind: $skip is skipped, since emulators multiply wrongly"
+fi
 # Tests that measure memory or send signals are those of the command, which is not run here.
-"$cargo" test --locked --target "$target" --profile machines -p uvgraft -p uvgraft-io --lib --tests
+"$cargo" test --locked --target "$target" --profile machines -p uvgraft -p uvgraft-io --lib --tests -- \
+  ${skip:+--skip "$skip"}

@@ -34,6 +34,13 @@ pub(crate) fn containing(position: i64) -> i32 {
     (position >> 32) as i32
 }
 
+/// The texels and the fractions of positions, by the half that comes first in memory and the one that
+/// comes second.
+#[inline(always)]
+pub(super) fn halves<V>(first: V, second: V) -> (V, V) {
+    if cfg!(target_endian = "little") { (second, first) } else { (first, second) }
+}
+
 /// The last texel whose centre is not beyond a position, and the position's distance from that
 /// centre, in 2⁻³² texels.
 #[inline(always)]

@@ -6,7 +6,7 @@ use std::ops::Range;
 use fearless_simd::{Bytes, Simd, SimdBase, SimdInto, i32x16, i64x8, u32x16};
 
 use super::path::{Paths, Walk};
-use super::position::before_window;
+use super::position::{before_window, halves};
 use super::prefetch::prefetch;
 use crate::filter::Taps;
 use crate::map::{Run, SamplingMap};
@@ -302,6 +302,7 @@ impl<S: Simd> Line<S> {
     #[inline(always)]
     fn split(&self) -> (i32x16<S>, u32x16<S>) {
         let [low, high]: [i32x16<S>; 2] = [self.low.bitcast(), self.high.bitcast()];
-        (low.unzip_high(high), low.unzip_low(high).bitcast())
+        let (texels, fractions) = halves(low.unzip_low(high), low.unzip_high(high));
+        (texels, fractions.bitcast())
     }
 }

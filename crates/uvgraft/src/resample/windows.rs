@@ -3,7 +3,7 @@
 use fearless_simd::{Bytes, Simd, SimdBase, SimdInt, SimdInto, f32x8, i32x8, i64x4, u32x8};
 
 use super::Walk;
-use super::position::{before_window, fraction, near_texture, split};
+use super::position::{before_window, fraction, halves, near_texture, split};
 use crate::filter::Taps;
 use crate::texture::Size;
 
@@ -107,8 +107,9 @@ impl<S: Simd> Line<S> {
     #[inline(always)]
     fn split(&self) -> (i32x8<S>, f32x8<S>) {
         let [low, high]: [i32x8<S>; 2] = [self.low.bitcast(), self.high.bitcast()];
-        let bits: u32x8<S> = low.unzip_low(high).bitcast();
+        let (texels, fractions) = halves(low.unzip_low(high), low.unzip_high(high));
+        let bits: u32x8<S> = fractions.bitcast();
         let fraction: i32x8<S> = (bits >> 8).bitcast();
-        (low.unzip_high(high), fraction.to_float::<f32x8<S>>() * (1.0 / 16_777_216.0))
+        (texels, fraction.to_float::<f32x8<S>>() * (1.0 / 16_777_216.0))
     }
 }
