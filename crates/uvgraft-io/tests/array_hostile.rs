@@ -196,6 +196,19 @@ fn list(numbers: &[i64]) -> Vec<u8> {
     bytes
 }
 
+#[test]
+fn arrays_of_objects_have_as_many_as_they_say() {
+    let objects = |shape: &[u8]| {
+        let new = &b"cnumpy.core.multiarray\n_reconstruct\n(cnumpy\nndarray\nK\0\x85U\x01btR"[..];
+        let state = [b"(K\x01", shape, b"cnumpy\ndtype\nU\x02O8\x85R\x89](K\x01K\x02e"].concat();
+        pickle(&[new, &state, b"tb"].concat())
+    };
+    assert!(arrays::parse(&objects(b"K\x02\x85")).is_ok());
+    for other in [&b"K\x03\x85"[..], b"K\x01\x85", b"K\x02K\x02\x86"] {
+        assert!(error(&objects(other)).contains("does not match the shape of their array"));
+    }
+}
+
 /// An object with attributes, given the instructions that create them.
 fn object(class: &str, attributes: &[(&str, Vec<u8>)]) -> Vec<u8> {
     let mut bytes = format!("c{class}\n)\x00}}(").into_bytes();
