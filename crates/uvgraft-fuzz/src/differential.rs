@@ -78,17 +78,18 @@ pub(crate) fn resampling(bytes: &[u8]) {
 fn compare(pair: &Pair, direction: Direction, source: &Texture, result: &Texture) {
     let Texels::U8(values) = result.texels() else { unreachable!("8 bits stay 8 bits") };
     let found = independent::transfer(pair, direction, source, result.size());
-    // Where triangles overlap, their owner keeps a fringe around it.
+    let mut is_disputed = disputed(pair.to(direction), result.size());
+    // Islands may overlap themselves too.
     let width = result.size().width as usize;
-    let mut is_near = vec![false; found.len()];
     for (texel, _) in found.iter().enumerate().filter(|(_, found)| found.covering > 1) {
         let (x, y) = (texel % width, texel / width);
         for row in y.saturating_sub(2)..(y + 3).min(found.len() / width) {
-            is_near[row * width + x.saturating_sub(2)..row * width + (x + 3).min(width)].fill(true);
+            let columns = x.saturating_sub(2)..(x + 3).min(width);
+            is_disputed[row * width..][columns].fill(true);
         }
     }
     for (texel, found) in found.iter().enumerate() {
-        if !(found.linked && found.inside_source && found.covering == 1) || is_near[texel] {
+        if !(found.linked && found.inside_source && found.covering == 1) || is_disputed[texel] {
             continue;
         }
         for channel in 0..3 {
@@ -96,6 +97,50 @@ fn compare(pair: &Pair, direction: Direction, source: &Texture, result: &Texture
             assert!((value - wanted).abs() <= 1.0, "texel {texel}: {value}, wanted {wanted}");
         }
     }
+}
+
+/// Which texels are within two texels of triangles that do not share an edge: where islands overlap, if
+/// only between texels' centres, their owner keeps a fringe around its triangles.
+fn disputed(mesh: &Mesh, size: Size) -> Vec<bool> {
+    let scale = [f64::from(size.width), f64::from(size.height)];
+    let triangles: Vec<[[f64; 2]; 3]> = (0..mesh.faces().len())
+        .map(|face| {
+            mesh.uv_triangle(face).map(|uv| [0, 1].map(|axis| f64::from(uv[axis]) * scale[axis]))
+        })
+        .collect();
+    let share_an_edge = |a: usize, b: usize| {
+        let [a, b] = [a, b].map(|face| mesh.faces()[face]);
+        a.iter().filter(|vertex| b.contains(vertex)).count() >= 2
+    };
+    (0..size.texels())
+        .map(|texel| {
+            let centre = [texel % size.width as usize, texel / size.width as usize];
+            let centre = centre.map(|at| at as f64 + 0.5);
+            let near: Vec<usize> = (0..triangles.len())
+                .filter(|&face| distance(centre, triangles[face]) <= 2.0)
+                .collect();
+            near.iter().any(|&a| near.iter().any(|&b| a < b && !share_an_edge(a, b)))
+        })
+        .collect()
+}
+
+/// The distance of a point from a triangle, which may be a line or a point.
+fn distance(point: [f64; 2], corners: [[f64; 2]; 3]) -> f64 {
+    let minus = |a: [f64; 2], b: [f64; 2]| [a[0] - b[0], a[1] - b[1]];
+    let cross = |a: [f64; 2], b: [f64; 2]| a[0] * b[1] - a[1] * b[0];
+    let edges = [0, 1, 2].map(|k| (corners[k], minus(corners[(k + 1) % 3], corners[k])));
+    let sides = edges.map(|(from, along)| cross(along, minus(point, from)));
+    if sides.iter().all(|&side| side > 0.0) || sides.iter().all(|&side| side < 0.0) {
+        return 0.0;
+    }
+    let to_edges = edges.map(|(from, along)| {
+        let [across, squared] =
+            [minus(point, from), along].map(|v| v[0] * along[0] + v[1] * along[1]);
+        let share = if squared > 0.0 { (across / squared).clamp(0.0, 1.0) } else { 0.0 };
+        let nearest = [from[0] + share * along[0], from[1] + share * along[1]];
+        minus(point, nearest)[0].hypot(minus(point, nearest)[1])
+    });
+    to_edges.into_iter().fold(f64::INFINITY, f64::min)
 }
 
 /// A PNG in bands of any height decodes to what was encoded.
