@@ -70,7 +70,7 @@ impl Blend {
         let mut overall = self.overall((source, base), skins, labels)?;
         let chest = mask.as_ref().and_then(|mask| self.chest(base, skins, mask));
         if let Some(chest) = chest {
-            overall[1].gains = self.keeping_contrast(&overall, skins, &chest);
+            overall[1].gains = keeping_contrast(&overall, [&skins.face, &skins.body.skin], &chest);
         }
         let rim = &measure.rim;
         let of_source = rim.source(source, |uv| labels.at_uv(Label::Skin, uv));
@@ -166,26 +166,6 @@ impl Blend {
         let is_skin = |uv| mask.is_none_or(|mask| Sampler::new(mask).brightness(uv) >= 0.8);
         let found = area_colors::of_area(self.domain.mesh(), anatomy, Area::Chest, base, &is_skin);
         SkinSample::new(found).filter(|chest| chest.is_like(&skins.body.skin))
-    }
-
-    /// The gains of the base after which its chest differs from the cheeks, ΔE 2000, as much as
-    /// before: gains for another skin would increase or decrease that. The base's own cheeks are
-    /// hidden by then, so the contrast is measured against the texture's. It is scaled by a
-    /// factor found by bisection.
-    fn keeping_contrast(&self, overall: &[Overall; 2], skins: &Skins, chest: &SkinSample) -> Rgb {
-        let own = delta_e(skins.body.skin.color, chest.color);
-        let cheeks = overall[0].apply(skins.face.color);
-        let toned =
-            mean(&chest.samples.iter().map(|&rgb| overall[1].apply(rgb)).collect::<Vec<_>>());
-        let farther =
-            |by: f32| [0, 1, 2].map(|k| (cheeks[k] + by * (toned[k] - cheeks[k])).clamp(0.0, 1.0));
-        let [mut low, mut high] = CONTRAST;
-        for _ in 0..24 {
-            let middle = 0.5 * (low + high);
-            if delta_e(cheeks, farther(middle)) < own { low = middle } else { high = middle }
-        }
-        let matched = chest.samples.iter().map(|&rgb| overall[1].matched(rgb)).collect();
-        SkinSample { color: chest.color, samples: matched }.gains_to(farther(low))
     }
 
     /// How much of the boundary's residual applies at a point: 1 at the boundary, 0 where it has
@@ -306,10 +286,78 @@ fn between(from: f32, to: f32, share: f64) -> f32 {
     (from + (to - from) * share).exp() as f32
 }
 
+/// The gains of the base after which its chest differs from the cheeks, ΔE 2000, as much as before:
+/// gains for another skin would increase or decrease that. The base's own cheeks are hidden by then, so
+/// the contrast is measured against the texture's. It is scaled by a factor found by bisection.
+///
+/// - `cheeks`: those of the texture, and the base's own.
+fn keeping_contrast(overall: &[Overall; 2], cheeks: [&SkinSample; 2], chest: &SkinSample) -> Rgb {
+    let own = delta_e(cheeks[1].color, chest.color);
+    let cheeks = overall[0].apply(cheeks[0].color);
+    let toned = mean(&chest.samples.iter().map(|&rgb| overall[1].apply(rgb)).collect::<Vec<_>>());
+    let farther =
+        |by: f32| [0, 1, 2].map(|k| (cheeks[k] + by * (toned[k] - cheeks[k])).clamp(0.0, 1.0));
+    let [mut low, mut high] = CONTRAST;
+    for _ in 0..24 {
+        let middle = 0.5 * (low + high);
+        if delta_e(cheeks, farther(middle)) < own { low = middle } else { high = middle }
+    }
+    let matched = chest.samples.iter().map(|&rgb| overall[1].matched(rgb)).collect();
+    SkinSample { color: chest.color, samples: matched }.gains_to(farther(low))
+}
+
 /// The fraction of colours that newly clip in a channel.
 fn clipped(samples: &[Rgb], overall: &Overall) -> f64 {
     const FULL: f32 = 254.5 / 255.0;
     let is_full = |rgb: Rgb| rgb.iter().any(|&value| value >= FULL);
     let count = samples.iter().filter(|&&rgb| !is_full(rgb) && is_full(overall.apply(rgb))).count();
     count as f64 / samples.len().max(1) as f64
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const SAME: Overall = Overall { matrix: None, gains: [1.0; 3] };
+
+    fn plain(color: Rgb) -> SkinSample {
+        SkinSample { color, samples: vec![color; 4] }
+    }
+
+    /// Doubles all colours, however dark.
+    fn doubling() -> Overall {
+        let row = |k: usize| [0, 1, 2, 3].map(|column| if column == k { 2.0 } else { 0.0 });
+        let matrix = Matrix { rows: [row(0), row(1), row(2)], whole_from: 1e-3 };
+        Overall { matrix: Some(matrix), ..SAME }
+    }
+
+    #[test]
+    fn colours_are_matched_and_then_toned() {
+        assert_eq!(SAME.apply([0.2, 0.4, 0.6]), [0.2, 0.4, 0.6]);
+        assert_eq!(doubling().apply([0.1, 0.2, 0.3]), [0.2, 0.4, 0.6]);
+        let darker = Overall { gains: [0.5, 1.0, 1.0], ..doubling() };
+        let found = darker.apply([0.1, 0.2, 0.3]);
+        assert!(found[0] < 0.15 && found[1..] == [0.4, 0.6], "{found:?}");
+    }
+
+    #[test]
+    fn only_colours_that_were_not_full_can_clip() {
+        let samples = [[0.6, 0.2, 0.2], [1.0, 0.9, 0.9], [0.2; 3], [0.3; 3]];
+        assert_eq!(clipped(&samples, &doubling()), 0.25);
+        assert_eq!(clipped(&samples, &SAME), 0.0);
+        assert_eq!(clipped(&[], &doubling()), 0.0);
+    }
+
+    #[test]
+    fn a_chest_differs_from_the_cheeks_as_before() {
+        let (face, own) = (plain([0.85, 0.66, 0.55]), plain([0.55, 0.38, 0.3]));
+        for chest in [[0.62, 0.45, 0.36], [0.5, 0.34, 0.28]] {
+            let before = delta_e(own.color, chest);
+            let chest = plain(chest);
+            let overall = [SAME, Overall { gains: own.gains_to(face.color), ..SAME }];
+            let gains = keeping_contrast(&overall, [&face, &own], &chest);
+            let after = delta_e(face.color, Overall { gains, ..SAME }.apply(chest.color));
+            assert!((after - before).abs() < 1.0, "{before} before, {after} after");
+        }
+    }
 }
