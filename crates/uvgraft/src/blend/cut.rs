@@ -136,6 +136,12 @@ mod tests {
             faces.map(|(face, _)| surface.area(face)).sum::<f64>()
         };
         assert!((area(true) - 2.5).abs() < 1e-6 && (area(false) - 1.5).abs() < 1e-6);
+        // Each triangle is on its side, and none has lost its orientation.
+        for (face, &inside) in cut.mesh.faces().iter().zip(&cut.inside) {
+            let [a, b, c] = face.map(|vertex| cut.mesh.positions()[vertex as usize]);
+            assert_eq!((a[0] + b[0] + c[0]) / 3.0 < 2.5, inside);
+            assert!((b[0] - a[0]) * (c[1] - a[1]) < (b[1] - a[1]) * (c[0] - a[0]));
+        }
         let on_rim = cut.mesh.positions().iter().filter(|[x, ..]| (x - 2.5).abs() < 1e-6);
         // The boundary crosses three edges.
         assert_eq!(on_rim.count(), 3);

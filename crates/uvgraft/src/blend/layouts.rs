@@ -127,7 +127,10 @@ mod tests {
         let pair = Arc::new(pair());
         let domain = BlendDomain::new(Arc::clone(&pair), Direction::Forward);
         let blend = Blend::new(&domain.linked(), BlendOptions::default()).unwrap();
+        let toning = blend.exclusion(&texture(|_, _| 128));
+        assert!(blend.with_layout(&domain).is_ok() && toning.with_layout(&domain).is_ok());
         let back = BlendDomain::new(pair, Direction::Reverse);
         assert_eq!(blend.with_layout(&back).unwrap_err(), RegionError::Domain);
+        assert_eq!(toning.with_layout(&back).unwrap_err(), ToneError::Domain);
     }
 }

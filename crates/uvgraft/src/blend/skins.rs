@@ -193,3 +193,35 @@ pub(super) fn mean(colors: &[Rgb]) -> Rgb {
     let sum = |k: usize| colors.iter().map(|rgb| f64::from(rgb[k])).sum::<f64>();
     [0, 1, 2].map(|k| (sum(k) / colors.len() as f64) as f32)
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn skins_are_alike_whatever_the_area_but_not_whatever_the_person() {
+        let sample = |color| SkinSample { color, samples: vec![color] };
+        let cheeks = sample([0.78, 0.6, 0.51]);
+        for (other, is_like) in [
+            ([0.78, 0.6, 0.51], true),
+            ([0.85, 0.7, 0.62], true),
+            ([0.68, 0.5, 0.41], true),
+            ([0.36, 0.24, 0.18], false),
+            ([0.2, 0.35, 0.7], false),
+        ] {
+            assert_eq!(cheeks.is_like(&sample(other)), is_like, "{other:?}");
+        }
+        assert_eq!(mean(&[[0.25, 0.5, 0.0], [0.75, 0.5, 1.0]]), [0.5; 3]);
+    }
+
+    #[test]
+    fn gains_reach_a_colour_or_their_limit() {
+        let sample = SkinSample { color: [0.5; 3], samples: vec![[0.4; 3], [0.6; 3]] };
+        let gains = sample.gains_to([0.4, 0.5, 0.6]);
+        for (gain, wanted) in gains.into_iter().zip([0.4, 0.5, 0.6]) {
+            let found = (toned(0.4, gain, 1.0) + toned(0.6, gain, 1.0)) / 2.0;
+            assert!((found - wanted).abs() < 1e-3, "{found}, wanted {wanted}");
+        }
+        assert_eq!(sample.gains_to([0.0; 3]), [GAINS[0]; 3]);
+    }
+}
