@@ -71,3 +71,29 @@ impl ToneReport {
 pub(super) fn lightness(rgb: [f32; 3]) -> f64 {
     f64::from(lab(rgb)[0])
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn figures_warn_beyond_what_one_person_explains() {
+        let plausible = ToneReport {
+            lightness: [25.0, -25.0],
+            clipped: [0.01; 2],
+            boundary_delta_e: Some(20.0),
+            ..ToneReport::default()
+        };
+        assert_eq!(plausible.warnings(), [""; 0]);
+        let warned = |report: ToneReport, wanted: &str| {
+            let found = report.warnings();
+            assert!(found.len() == 1 && found[0].contains(wanted), "{found:?}, not {wanted}");
+        };
+        let report = || plausible.clone();
+        warned(ToneReport { lightness: [25.4, 0.0], ..report() }, "cheeks lighter by 25 L*");
+        warned(ToneReport { lightness: [0.0, -31.0], ..report() }, "skin darker by 31 L*");
+        warned(ToneReport { clipped: [0.013, 0.0], ..report() }, "clips 1.3 % of the face's");
+        warned(ToneReport { clipped: [0.0, 0.5], ..report() }, "clips 50.0 % of the body's");
+        warned(ToneReport { boundary_delta_e: Some(21.0), ..report() }, "ΔE 21 remains");
+    }
+}

@@ -54,3 +54,28 @@ fn inside([from, to, opposite]: [[f64; 2]; 3]) -> [[f64; 2]; 3] {
         })
     })
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn points_lie_a_texel_or_a_third_inside() {
+        // A base of four texels on a slant, whose third corner is far or near.
+        let (from, to) = ([3.0, 2.0], [6.2, 4.4]);
+        for (height, depth) in [(10.0, 1.0), (1.5, 0.5)] {
+            let opposite = [3.0 - 0.6 * height, 2.0 + 0.8 * height];
+            for corners in [[from, to, opposite], [to, from, opposite]] {
+                let points = inside(corners);
+                for (point, t) in points.into_iter().zip([0.25, 0.5, 0.75]) {
+                    let [along, across] = [[0.8, 0.6], [-0.6, 0.8]].map(|axis| {
+                        (point[0] - from[0]) * axis[0] + (point[1] - from[1]) * axis[1]
+                    });
+                    let t = if corners[0] == from { t } else { 1.0 - t };
+                    let wanted = 4.0 * t * (1.0 - depth / height);
+                    assert!((across - depth).abs() < 1e-9 && (along - wanted).abs() < 1e-9);
+                }
+            }
+        }
+    }
+}

@@ -118,3 +118,22 @@ pub(super) fn push_gaps(
         gaps.push(end..width);
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn gaps_are_what_ranges_leave() {
+        let gaps = |ranges: &[(u32, u32)]| -> Vec<(u32, u32)> {
+            let mut gaps = Vec::new();
+            push_gaps(ranges.iter().map(|&(start, end)| start..end), 9, &mut gaps);
+            gaps.into_iter().map(|gap| (gap.start, gap.end)).collect()
+        };
+        assert_eq!(gaps(&[]), [(0, 9)]);
+        assert_eq!(gaps(&[(0, 2), (2, 4), (6, 9)]), [(4, 6)]);
+        assert_eq!(gaps(&[(1, 9)]), [(0, 1)]);
+        assert_eq!(gaps(&[(0, 8)]), [(8, 9)]);
+        assert_eq!(gaps(&[(0, 9)]), []);
+    }
+}

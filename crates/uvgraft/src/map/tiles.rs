@@ -91,6 +91,8 @@ mod tests {
     fn boxes_touch_tiles_and_widen() {
         let mut tiles = Tiles::none(Size::new(100, 40));
         assert_eq!(tiles.count(), 3);
+        // More columns than a word has bits.
+        assert_eq!(Tiles::none(Size::new(70 * TILE, 40)).count(), 3);
         tiles.insert(&(31..33), &(16..17));
         tiles.insert(&(90..100), &(3..3));
         let row = |tiles: &Tiles, row| bits::members(tiles.row(row)).collect::<Vec<_>>();
