@@ -503,3 +503,30 @@ impl Selection {
         Ok(domain.with_shape(Shape::Level(level, faces)))
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::mesh::Mesh;
+
+    #[test]
+    fn equal_pairs_have_one_domain_and_others_another() {
+        let pair = |side: f32| {
+            let corners = [[0.0, 0.0], [side, 0.0], [0.0, side], [side, side]];
+            let positions = corners.map(|[x, y]| [x, y, 0.0]).to_vec();
+            let faces = [[0, 1, 2], [1, 3, 2]];
+            let mesh = Mesh::from_triangles(positions, corners.to_vec(), &faces, &faces).unwrap();
+            Arc::new(Pair::by_vertex_map(mesh.clone(), mesh, &[0, 1, 2, 3]).unwrap())
+        };
+        let own = pair(1.0);
+        let domain = BlendDomain::new(Arc::clone(&own), Direction::Forward);
+        assert!(domain.is_of(&own, Direction::Forward));
+        assert!(domain.is_of(&pair(1.0), Direction::Forward));
+        assert!(!domain.is_of(&own, Direction::Reverse));
+        assert!(!domain.is_of(&pair(0.5), Direction::Forward));
+        let again = BlendDomain::new(pair(1.0), Direction::Forward);
+        let other = BlendDomain::new(pair(0.5), Direction::Forward);
+        assert!(domain.is_compatible(&again) && !domain.is_compatible(&other));
+        assert!(domain.is_same_surface(&again) && !domain.is_same_surface(&other));
+    }
+}
