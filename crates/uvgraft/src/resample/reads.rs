@@ -150,3 +150,22 @@ fn around<const N: usize>(positions: [f64; N], margin: f64, count: u32) -> Range
     // Casts saturate.
     (first as u32).min(count - 1)..(last as u32).min(count - 1) + 1
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn texels_around_positions_are_within_the_texture() {
+        for (positions, margin, wanted) in [
+            ([1.5, 3.2], 1.0, 0..5),
+            ([3.2, 1.5], 0.25, 1..4),
+            ([-3.0, 2.0], 1.0, 0..4),
+            ([9.5, 30.0], 2.0, 7..10),
+            ([20.0, 40.0], 0.5, 9..10),
+            ([-9.0, -1.0], 0.5, 0..1),
+        ] {
+            assert_eq!(around(positions, margin, 10), wanted, "{positions:?} {margin}");
+        }
+    }
+}
