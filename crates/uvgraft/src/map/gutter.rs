@@ -265,3 +265,56 @@ impl Winners {
         (0..self.blocks.count()).filter(|&block| !self.blocks.items(block).is_empty()).collect()
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn edge(corners: [[f64; 2]; 3]) -> Edge {
+        Edge::new(corners, ([0.0, 1.0], Some(0)), 0, Size::new(10, 12), 2.0).unwrap()
+    }
+
+    #[test]
+    fn distances_and_reach_by_hand() {
+        let edge = edge([[2.0, 3.0], [6.0, 3.0], [2.0, 9.0]]);
+        assert_eq!(edge.distance([4.0, 1.0]), (4.0, 0.5));
+        assert_eq!(edge.distance([8.0, 3.0]), (4.0, 1.0));
+        assert_eq!(edge.distance([-1.0, 7.0]), (25.0, 0.0));
+        assert_eq!((edge.columns.clone(), edge.rows.clone()), (0..9, 1..6));
+        assert_eq!((edge.outward, edge.reach_px), ([0.0, -1.0], REACH_PX));
+        let beyond = Size::new(10, 12);
+        assert!(Edge::new([[1.0; 2]; 3], ([0.0, 1.0], None), 0, beyond, 2.0).is_none());
+    }
+
+    #[test]
+    fn edges_are_far_on_any_axis_and_however_they_get_there() {
+        const FAR: f64 = FAR_PX + 1.0;
+        let is_far = |from: [f64; 2], to: [f64; 2]| edge([from, to, [4.0, 9.0]]).is_far();
+        assert!(!is_far([2.0, 3.0], [6.0, -3.0]));
+        for far in [[FAR, 3.0], [3.0, FAR], [-FAR, 3.0], [3.0, -FAR], [FAR; 2]] {
+            assert!(is_far(far, [far[0] + 1.0, far[1] + 2.0]), "{far:?}");
+            assert!(is_far([2.0, 3.0], far) && is_far(far, [2.0, 3.0]), "{far:?}");
+        }
+    }
+
+    #[test]
+    fn zones_beyond_reach_read_from_as_far_inside() {
+        let edge = edge([[2.0, 3.0], [6.0, 3.0], [2.0, 9.0]]);
+        let triangle =
+            Affine { origin_px: [0.0; 2], origin_uv: [0.0; 2], jacobian: [[1.0, 0.0], [0.0, 1.0]] };
+        let reads = |zone: Zone, px: [f64; 2]| edge.zone_map(zone, &triangle).at(px);
+        let close = |found: [f64; 2], wanted: [f64; 2]| {
+            (0..2).all(|axis| (found[axis] - wanted[axis]).abs() < 1e-12)
+        };
+        assert!(close(reads(Zone::Near, [3.0, 2.75]), [3.0, 2.75]));
+        assert!(close(reads(Zone::Beside, [3.0, 1.0]), [3.0, 3.5]));
+        assert!(close(reads(Zone::Beside, [5.0, 2.0]), [5.0, 3.5]));
+        // Around an end it is one point, towards the centroid.
+        for (zone, end) in [(Zone::First, [2.0, 3.0]), (Zone::Second, [6.0, 3.0])] {
+            let aside: [f64; 2] = [10.0 / 3.0 - end[0], 5.0 - end[1]];
+            let share = REACH_PX / aside[0].hypot(aside[1]);
+            let wanted = [end[0] + share * aside[0], end[1] + share * aside[1]];
+            assert!(close(reads(zone, [0.0, 1.0]), wanted) && close(reads(zone, [9.0; 2]), wanted));
+        }
+    }
+}
