@@ -83,8 +83,8 @@ fn mean_x(mesh: &Mesh, islands: &Islands) -> Vec<f64> {
             *count += 1;
         }
     }
-    // Adding 0.0 turns -0.0 into 0.0.
-    sums.into_iter().map(|(sum, count)| sum / f64::from(count) + 0.0).collect()
+    // Sums that begin with 0.0 are never -0.0, which would count as less.
+    sums.into_iter().map(|(sum, count)| sum / f64::from(count)).collect()
 }
 
 #[cfg(test)]
@@ -105,6 +105,8 @@ mod tests {
         let mesh = islands_at([-3.0, 5.0, -3.0, 9.0]);
         let ranks = |prefer| Precedence::new(&mesh, prefer).ranks;
         assert_eq!(ranks(Prefer::First), [0, 1, 2, 3]);
+        let zeros = Precedence::new(&islands_at([0.0, -0.0, 0.0]), Prefer::Left);
+        assert_eq!(zeros.ranks, [0, 1, 2]);
         assert_eq!(ranks(Prefer::Left), [2, 1, 3, 0]);
         assert_eq!(ranks(Prefer::Right), [0, 2, 1, 3]);
         let last = Precedence::new(&mesh, Prefer::Left).reversed();

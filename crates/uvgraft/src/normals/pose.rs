@@ -112,4 +112,27 @@ mod tests {
         }
         assert_ne!(whole[1], whole[3]);
     }
+
+    #[test]
+    fn mirrored_meshes_turn_cross_products_around() {
+        let mesh = |side: f32| {
+            // Three sides of a corner of a box, which no rotation turns into its mirror image.
+            let corners = [[0.0, 0.0, 0.0], [side, 0.0, 0.0], [0.0, 0.8, 0.0], [0.0, 0.0, 1.3]];
+            let uv = vec![[0.5, 0.5], [0.9, 0.1], [0.1, 0.1], [0.5, 0.9]];
+            let faces = [[0, 1, 2], [0, 2, 3], [0, 3, 1]];
+            Mesh::from_triangles(corners.to_vec(), uv, &faces, &faces).unwrap()
+        };
+        for (side, determinant) in [(1.0, 1.0), (-1.0, -1.0)] {
+            let pieces = [0, 1, 2].map(|face| Piece::whole(face, face, [0, 1, 2]));
+            let pair = Pair::from_pieces(mesh(1.0), mesh(side), pieces).unwrap();
+            let pose = Pose::new(&pair.oriented(Direction::Forward));
+            assert_eq!(pose.determinant(), determinant);
+            let [a, b] = [[0.6, 0.0, 0.8], [0.0, 1.0, 0.0]];
+            let [turned_a, turned_b] = [a, b].map(|v| Vec3::from(pose.rotate(0, v)));
+            let crossed = Vec3::from(pose.rotate(0, Vec3::from(a).cross(Vec3::from(b)).into()));
+            let found = turned_a.cross(turned_b) * pose.determinant();
+            assert!(found.abs_diff_eq(crossed, 1e-5), "{found} {crossed}");
+            assert!((turned_a.x - side * a[0]).abs() < 1e-4, "{turned_a}");
+        }
+    }
 }

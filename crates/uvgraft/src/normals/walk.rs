@@ -160,4 +160,15 @@ mod tests {
         assert_eq!(clamped([1.0, -1e-9, 1e-9]), [1.0 - 1e-9, 0.0, 1e-9]);
         assert_eq!(clamped([0.25, 0.5, 0.25]), [0.25, 0.5, 0.25]);
     }
+
+    #[test]
+    fn frames_are_mixed_by_weight() {
+        let corner = |first: f32| -> Frames {
+            std::array::from_fn(|vector| {
+                std::array::from_fn(|axis| first * (1 + 3 * vector + axis) as f32)
+            })
+        };
+        let found = interpolated(&[corner(1.0), corner(2.0), corner(4.0)], [0.5, 0.25, 0.25]);
+        assert_eq!(found, corner(2.0));
+    }
 }
