@@ -232,3 +232,16 @@ pub(super) fn weight(inside: f32, feather: f32) -> f32 {
 pub(super) fn lerp(from: f32, to: f32, share: f32) -> f32 {
     if share < 1.0 { from + (to - from) * share } else { to }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn interpolation_ends_at_its_ends_to_the_bit() {
+        // Here the sum that interpolates is 0 at a share of 1.
+        let (from, to) = (1e8, 0.1);
+        assert_eq!([0.0, 1.0].map(|share| lerp(from, to, share)), [from, to]);
+        assert_eq!(lerp(2.0, 4.0, 0.25), 2.5);
+    }
+}
