@@ -26,7 +26,7 @@ import time
 from pathlib import Path
 
 PROGRAM = Path("target/release/uvgraft")
-DATA = Path("target/test-data")
+DATA = Path("target/test-data").resolve()
 # Outputs that later commands read.
 INPUTS = ("base.png", "body.npz", "networks.safetensors")
 
@@ -200,12 +200,13 @@ def commands(folder):
 
 def complete(path):
     """Is this JSON, or lines of text?"""
+    data = path.read_bytes()
     if path.suffix == ".json":
         try:
-            json.loads(path.read_bytes())
+            json.loads(data)
         except ValueError:
             return False
-    return path.read_bytes().endswith(b"\n")
+    return data.endswith(b"\n")
 
 
 def kills(folder, options):
@@ -217,7 +218,7 @@ def kills(folder, options):
         must(line, folder)
         duration[index] = time.monotonic() - start
     whole = content(folder)
-    # These tell times, so they differ from run to run, but are whole.
+    # Records and reports differ from run to run, but are whole.
     changing = ("manifest", "report/report")
     generator = random.Random(options.seed)
     torn = lost = left = ended = killed = 0
@@ -245,10 +246,10 @@ def kills(folder, options):
             if name.endswith(".tmp"):
                 continue
             if any(word in name for word in changing):
-                whole_file = complete(folder / name)
+                is_whole = complete(folder / name)
             else:
-                whole_file = found in (whole.get(name), before.get(name))
-            if not whole_file:
+                is_whole = found in (whole.get(name), before.get(name))
+            if not is_whole:
                 print(f"torn: {name} after {lines[index]}", file=sys.stderr)
                 torn += 1
         lost += sum(1 for name in before if not (folder / name).exists())
@@ -281,7 +282,8 @@ def disk(folder, _options):
         full = 0
         for round_number in range(40):
             # Room for all of the new file, or for a part of it.
-            room = os.statvfs(mount).f_bavail * os.statvfs(mount).f_frsize
+            free = os.statvfs(mount)
+            room = free.f_bavail * free.f_frsize
             filler = mount / "filler"
             filler.write_bytes(b"x" * max(0, room - 150_000 * (round_number % 10)))
             done = run(line, folder)
@@ -328,7 +330,7 @@ TESTS = [batch, crowd, kills, disk, midnight]
 
 
 def main():
-    global PROGRAM, DATA
+    global PROGRAM
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--program", type=Path, default=PROGRAM)
     parser.add_argument("--only", nargs="*", choices=[test.__name__ for test in TESTS])
@@ -336,7 +338,7 @@ def main():
     parser.add_argument("--textures", type=int, default=20_000)
     parser.add_argument("--seed", type=int, default=1)
     options = parser.parse_args()
-    PROGRAM, DATA = options.program.resolve(), DATA.resolve()
+    PROGRAM = options.program.resolve()
     for test in TESTS:
         if not options.only or test.__name__ in options.only:
             with tempfile.TemporaryDirectory(prefix="uvgraft-soak-") as folder:

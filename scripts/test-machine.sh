@@ -73,7 +73,7 @@ if [ "$kind" = big-endian ]; then
   # QEMU 7.2 multiplies two floats to a double (the instruction MDEBR) as if they had the bits of doubles,
   # as the reference of this test does: 0.5 times 0.25 is 7.6e-6.
   skip=normals::kernel::tests::agrees_with_the_reference
-  echo "test-$kind: $skip is skipped, since emulators multiply wrongly"
+  echo "test-$kind: $skip is skipped, since QEMU multiplies wrongly"
 fi
 # Tests that measure memory or send signals are those of the command, which is not run here.
 "$cargo" test --locked --target "$target" --profile machines -p uvgraft -p uvgraft-io --lib --tests -- \

@@ -7,7 +7,7 @@ use super::named::Held;
 use super::numeric::NumericArray;
 use super::numeric::{Numbers, count};
 use crate::numpy::text::TextDtype;
-use crate::numpy::{Dtype, MAX_AXES, NpyArray};
+use crate::numpy::{Dtype, MAX_AXES, NpyArray, length};
 use crate::obj::shown;
 
 /// The content of an NPY file.
@@ -59,10 +59,8 @@ fn parse(bytes: &[u8]) -> Result<NpyArray<'_>, Unread> {
 }
 
 fn lengths(array: &NpyArray<'_>) -> Result<Vec<usize>, Unread> {
-    // Where lengths have 32 bits, the longest stands for all that are longer; none has that many values.
-    let lengths = array.axes.iter().flatten();
-    let lengths = lengths.map(|&length| usize::try_from(length).unwrap_or(usize::MAX)).collect();
-    array.axes.as_ref().map(|_| lengths).ok_or_else(|| {
+    let shape = array.axes.as_ref().map(|axes| axes.iter().copied().map(length).collect());
+    shape.ok_or_else(|| {
         let found = shown(array.shape);
         Unread::Broken(format!("shape must have at most {MAX_AXES} dimensions, got {found}"))
     })

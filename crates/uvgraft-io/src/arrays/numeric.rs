@@ -118,12 +118,6 @@ fn whole(value: f64) -> Option<i64> {
     (value.fract() == 0.0 && value.abs() <= EXACT).then_some(value as i64)
 }
 
-/// A length that a file tells, unless it is negative. Where lengths have 32 bits, none is as long as the
-/// longest of them, which therefore stands for all that are longer.
-pub(crate) fn length(told: i64) -> Option<usize> {
-    u64::try_from(told).ok().map(|told| usize::try_from(told).unwrap_or(usize::MAX))
-}
-
 /// The number of values of a shape, unless it overflows.
 pub(super) fn count(shape: &[usize]) -> Option<usize> {
     shape.iter().copied().try_fold(1, usize::checked_mul)

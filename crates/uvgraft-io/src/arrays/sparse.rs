@@ -7,7 +7,8 @@ use std::ops::AddAssign;
 
 use super::error::MAX_DENSE_NUMBERS;
 use super::error::Unread;
-use super::numeric::{Numbers, NumericArray, length};
+use super::numeric::{Numbers, NumericArray};
+use crate::numpy::length;
 use crate::pickle::{Class, Object, Value};
 
 fn broken(problem: impl Into<String>) -> Unread {
@@ -35,7 +36,7 @@ pub(super) struct Coordinates {
 /// The shape of a pickled matrix.
 pub(super) fn shape(matrix: Object<'_>) -> Result<[usize; 2], Unread> {
     let shape = matrix.attribute("_shape").or_else(|| matrix.attribute("shape"));
-    let side = |value: Value<'_>| value.as_int().and_then(length);
+    let side = |value: Value<'_>| u64::try_from(value.as_int()?).ok().map(length);
     let shape: Option<Vec<usize>> = shape
         .and_then(Value::items)
         .filter(|sides| sides.len() == 2)

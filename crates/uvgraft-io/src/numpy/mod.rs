@@ -22,6 +22,12 @@ pub(crate) const MAX_AXES: usize = 64;
 /// Header and values together start at a multiple of this.
 const ALIGNMENT: usize = 64;
 
+/// A length that a file tells. Where lengths have 32 bits, nothing is as long as the longest of them, which
+/// therefore stands for all that are longer.
+pub(crate) fn length(told: u64) -> usize {
+    usize::try_from(told).unwrap_or(usize::MAX)
+}
+
 /// Writes everything before the values of an array in C order; `descr` is the dtype in NumPy's
 /// notation, such as `<f4`.
 ///

@@ -6,8 +6,8 @@ use std::rc::Rc;
 use crate::arrays::archive::ArchiveInMemory;
 use crate::arrays::collect::Outside;
 use crate::arrays::error::Unread;
-use crate::arrays::numeric::{NumericArray, length};
-use crate::numpy::{Dtype, NumberKind};
+use crate::arrays::numeric::NumericArray;
+use crate::numpy::{Dtype, NumberKind, length};
 use crate::obj::shown;
 use crate::pickle::{Class, Object, StorageKind, Value};
 
@@ -149,7 +149,7 @@ impl Strides {
 }
 
 fn size(value: Value<'_>) -> Option<usize> {
-    length(value.as_int()?)
+    u64::try_from(value.as_int()?).ok().map(length)
 }
 
 fn sizes(value: Value<'_>) -> Option<Vec<usize>> {

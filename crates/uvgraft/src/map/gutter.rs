@@ -270,8 +270,10 @@ impl Winners {
 mod tests {
     use super::*;
 
+    const SIZE: Size = Size::new(10, 12);
+
     fn edge(corners: [[f64; 2]; 3]) -> Edge {
-        Edge::new(corners, ([0.0, 1.0], Some(0)), 0, Size::new(10, 12), 2.0).unwrap()
+        Edge::new(corners, ([0.0, 1.0], Some(0)), 0, SIZE, 2.0).unwrap()
     }
 
     #[test]
@@ -282,8 +284,7 @@ mod tests {
         assert_eq!(edge.distance([-1.0, 7.0]), (25.0, 0.0));
         assert_eq!((edge.columns.clone(), edge.rows.clone()), (0..9, 1..6));
         assert_eq!((edge.outward, edge.reach_px), ([0.0, -1.0], REACH_PX));
-        let beyond = Size::new(10, 12);
-        assert!(Edge::new([[1.0; 2]; 3], ([0.0, 1.0], None), 0, beyond, 2.0).is_none());
+        assert!(Edge::new([[1.0; 2]; 3], ([0.0, 1.0], None), 0, SIZE, 2.0).is_none());
     }
 
     #[test]
