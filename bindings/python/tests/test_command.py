@@ -17,6 +17,14 @@ from uvgraft import _command
 from uvgraft._command import run
 
 
+@pytest.fixture(autouse=True)
+def interruptible():
+    """Jobs that a shell starts in the background ignore SIGINT, and so does what they start."""
+    before = signal.signal(signal.SIGINT, signal.default_int_handler)
+    yield
+    signal.signal(signal.SIGINT, before)
+
+
 def test_a_report():
     finished = run(["render", "--help"])
     assert finished.report.startswith("Render a GLB")
