@@ -3,10 +3,12 @@
 
 CARGO ?= cargo
 
-# The metric FLIP is C++, and so is mesh simplification.
+# The metric FLIP is C++, and so are mesh simplification and KTX2, whose build takes a minute: outside CI,
+# tests leave it out.
 CXX_FOUND := $(shell command -v c++ 2>/dev/null)
 SIMPLIFY := $(if $(CXX_FOUND),--features uvgraft-cli/simplify)
-NATIVE := $(if $(CXX_FOUND),--features uvgraft-cli/flip --features uvgraft-tests/flip $(SIMPLIFY))
+KTX2 := $(if $(CI),--features uvgraft-cli/ktx2)
+NATIVE := $(if $(CXX_FOUND),--features uvgraft-cli/flip --features uvgraft-tests/flip $(SIMPLIFY) $(KTX2))
 
 # The page of `uvgraft view` is JavaScript, built with npm by scripts/build-viewer.sh. The shell checks
 # for it in each recipe, after that script has run.
@@ -125,9 +127,10 @@ test-clients:
 	UVGRAFT_CLIENTS=1 $(CARGO) test --locked --workspace $(NATIVE) $(VIEWER_TESTS) --test clients \
 		--test other_tools
 
-# The KTX2 encoder: takes a minute to compile its C++, and few need it.
+# KTX2, which `make test` includes in CI.
 test-ktx2:
 	$(CARGO) test --locked -p uvgraft-gltf --features ktx2 -- glb:: scene::
+	$(CARGO) test --locked -p uvgraft-cli --features ktx2 --test avatar -- ktx2
 	$(CARGO) clippy --locked -p uvgraft-cli --features ktx2 -- -D warnings
 
 # Transfers on a graphics processor, which may be a driver that runs on the CPU: wgpu takes minutes to compile.

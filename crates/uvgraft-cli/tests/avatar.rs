@@ -481,3 +481,17 @@ fn faces_outputs_and_options_are_checked() {
         bench.refuse(&command, &["--texture ktx2 needs", "feature `ktx2`", "use png"]);
     }
 }
+
+#[cfg(feature = "ktx2")]
+#[test]
+fn ktx2_textures_look_like_png() {
+    let bench = demo();
+    let [wanted, found] = ["png", "ktx2"].map(|format| {
+        let name = format!("{format}.png");
+        bench.make(&format!("{DEMO} --texture {format} -o me.glb"));
+        bench.make(&format!("render me.glb --camera head --size 100x100 -o {name}"));
+        bench.texture(&name)
+    });
+    let off = mean(&differences(&wanted, &found));
+    assert!(off < 1.0, "{off}");
+}

@@ -1,7 +1,7 @@
 //! Images in KTX2 files of Basis Universal: UASTC, uncompressed or with Zstandard, and ETC1S.
 //!
-//! Our transcoder reads ETC1S only from `.basis` files, so one is assembled from the parts of the
-//! KTX2 file.
+//! Our transcoder reads `.basis` files, so one is assembled from the parts of the KTX2 file. Its call
+//! for bare blocks of UASTC takes the width in blocks for that in texels, and writes out of bounds.
 //!
 //! # Source
 //! Khronos, "KTX File Format Specification", version 2.0, "BasisLZ Global Data"; Binomial,
@@ -9,16 +9,24 @@
 
 use std::io::Read as _;
 
-use basis_universal::transcoding::{
-    LowLevelUastcTranscoder, SliceParametersUastc, TranscodeParameters, Transcoder,
-    TranscoderBlockFormat, TranscoderTextureFormat,
-};
+use basis_universal::transcoding::{TranscodeParameters, Transcoder, TranscoderTextureFormat};
 use uvgraft::{Channels, Encoding, Size, Texels, Texture};
 
 use crate::glb::KTX2_IDENTIFIER;
 
 /// Size of a block of 4 × 4 texels, in bytes.
 const UASTC_BLOCK: usize = 16;
+
+/// Size of an image's description in the global data of ETC1S, in bytes.
+const PICTURE: usize = 20;
+
+/// What images of ETC1S share: endpoints, selectors and tables.
+#[derive(Default)]
+struct Codebooks<'a> {
+    /// Number of endpoints in the lower 16 bits, and of selectors in the upper.
+    counts: u32,
+    parts: [&'a [u8]; 3],
+}
 
 /// A file's header, its largest image, and the data shared by all images.
 struct Ktx2<'a> {
@@ -133,44 +141,20 @@ impl<'a> Ktx2<'a> {
             let (found, wanted) = (blocks.len(), self.block_bytes());
             return Err(format!("UASTC blocks must have {wanted} bytes, got {found}"));
         }
-        let [num_blocks_x, num_blocks_y] = self.blocks();
-        let parameters = SliceParametersUastc {
-            num_blocks_x,
-            num_blocks_y,
-            has_alpha: true,
-            original_width: self.size.width,
-            original_height: self.size.height,
-        };
-        let (transcoder, format) = (LowLevelUastcTranscoder::new(), TranscoderBlockFormat::RGBA32);
-        let flags = basis_universal::transcoding::DecodeFlags::empty();
-        transcoder
-            .transcode_slice(blocks, parameters, flags, format)
-            .map_err(|_| "UASTC blocks cannot be decoded".to_owned())
+        self.transcoded(&Codebooks::default(), &[blocks])
     }
 
     fn etc1s(&self) -> Result<Vec<u8>, String> {
-        let file = self.as_basis()?;
-        let bad = || "ETC1S texels cannot be decoded".to_owned();
-        let mut transcoder = Transcoder::new();
-        transcoder.prepare_transcoding(&file).map_err(|()| bad())?;
-        let format = TranscoderTextureFormat::RGBA32;
-        let first = TranscodeParameters::default();
-        transcoder.transcode_image_level(&file, format, first).map_err(|_| bad())
-    }
-
-    /// The largest ETC1S image as a single-image `.basis` file.
-    ///
-    /// Layout: header, slice descriptions (colour, then alpha if present), endpoints,
-    /// selectors, tables, slices. All but the header and the descriptions are copied unchanged
-    /// from the KTX2 file's global data and level. Entries of `header` and `described` are
-    /// pairs of value and width in bytes.
-    fn as_basis(&self) -> Result<Vec<u8>, String> {
-        const HEADER: usize = 77;
-        const SLICE: usize = 23;
-        const PICTURE: usize = 20;
         let global = self.global;
         let counts = word(global, 0)?;
-        let lengths = [word(global, 4)?, word(global, 8)?, word(global, 12)?].map(u64::from);
+        // Endpoints, selectors and tables are contiguous.
+        let mut at = 20 + (PICTURE * self.pictures) as u64;
+        let mut parts = [&[][..]; 3];
+        for (index, codebook) in parts.iter_mut().enumerate() {
+            let length = word(global, 4 + 4 * index)?.into();
+            *codebook = part(global, at, length)?;
+            at += length;
+        }
         // Colour, then alpha: each a slice of the level's bytes.
         let [color, color_len, alpha, alpha_len] =
             [word(global, 24)?, word(global, 28)?, word(global, 32)?, word(global, 36)?]
@@ -179,16 +163,33 @@ impl<'a> Ktx2<'a> {
         if alpha_len > 0 {
             slices.push(part(self.level, alpha, alpha_len)?);
         }
-        // Endpoints, selectors and tables are contiguous.
-        let mut at = 20 + (PICTURE * self.pictures) as u64;
-        let mut parts = Vec::new();
-        for length in lengths {
-            parts.push(part(global, at, length)?);
-            at += length;
-        }
-        parts.extend(&slices);
-        if parts.iter().any(|part| part.len() >= 1 << 24) {
-            return Err("ETC1S parts must be smaller than 16 MiB each".to_owned());
+        self.transcoded(&Codebooks { counts, parts }, &slices)
+    }
+
+    fn transcoded(&self, codebooks: &Codebooks, slices: &[&[u8]]) -> Result<Vec<u8>, String> {
+        let file = self.as_basis(codebooks, slices)?;
+        let name = if self.model == ETC1S { "ETC1S" } else { "UASTC" };
+        let bad = || format!("{name} texels cannot be decoded");
+        let mut transcoder = Transcoder::new();
+        transcoder.prepare_transcoding(&file).map_err(|()| bad())?;
+        let format = TranscoderTextureFormat::RGBA32;
+        let first = TranscodeParameters::default();
+        transcoder.transcode_image_level(&file, format, first).map_err(|_| bad())
+    }
+
+    /// The largest image as a single-image `.basis` file.
+    ///
+    /// Layout: header, slice descriptions (colour, then alpha if present), endpoints,
+    /// selectors, tables, slices. All but the header and the descriptions are copied unchanged
+    /// from the KTX2 file. Entries of `header` and `described` are pairs of value and width in
+    /// bytes.
+    fn as_basis(&self, codebooks: &Codebooks, slices: &[&[u8]]) -> Result<Vec<u8>, String> {
+        const HEADER: usize = 77;
+        const SLICE: usize = 23;
+        const HAS_ALPHA: u32 = 4;
+        let parts: Vec<_> = codebooks.parts.iter().chain(slices).copied().collect();
+        if parts[..2].iter().any(|part| part.len() >= 1 << 24) {
+            return Err("endpoints and selectors must be smaller than 16 MiB each".to_owned());
         }
         let mut offset = HEADER + SLICE * slices.len();
         let mut offsets = Vec::new();
@@ -196,17 +197,23 @@ impl<'a> Ktx2<'a> {
             offsets.push(offset as u32);
             offset += part.len();
         }
+        if u32::try_from(offset).is_err() {
+            return Err("texels must be smaller than 4 GiB".to_owned());
+        }
         let size = |part: usize| parts[part].len() as u32;
-        let flags = 1 | if slices.len() > 1 { 4 } else { 0 };
+        let (format, flags) = match self.model {
+            ETC1S => (0, 1 | if slices.len() > 1 { HAS_ALPHA } else { 0 }),
+            _ => (1, HAS_ALPHA),
+        };
         let header = [
             // Signature "sB", version 0x13, header length, and zero checksums, which are not
             // verified.
             [(0x4273, 2), (0x13, 2), (HEADER as u32, 2), (0, 2)],
             [((offset - HEADER) as u32, 4), (0, 2), (slices.len() as u32, 3), (1, 3)],
-            // ETC1S, flags, and texture type 2D, not video.
-            [(0, 1), (flags, 2), (0, 1), (0, 3)],
-            [(0, 4), (0, 4), (0, 4), (counts & 0xffff, 2)],
-            [(offsets[0], 4), (size(0), 3), (counts >> 16, 2), (offsets[1], 4)],
+            // Format, flags, and texture type 2D, not video.
+            [(format, 1), (flags, 2), (0, 1), (0, 3)],
+            [(0, 4), (0, 4), (0, 4), (codebooks.counts & 0xffff, 2)],
+            [(offsets[0], 4), (size(0), 3), (codebooks.counts >> 16, 2), (offsets[1], 4)],
             [(size(1), 3), (offsets[2], 4), (size(2), 4), (HEADER as u32, 4)],
             [(0, 4), (0, 4), (0, 0), (0, 0)],
         ];
@@ -258,6 +265,18 @@ mod tests {
     }
 
     #[test]
+    fn sides_need_not_be_multiples_of_4() {
+        let mut cut = file();
+        let whole = decode(&cut).unwrap();
+        [cut[20], cut[24]] = [15, 6];
+        let cut = decode(&cut).unwrap();
+        assert_eq!(cut.size(), Size::new(15, 6));
+        for (x, y) in (0..6).flat_map(|y| (0..15).map(move |x| (x, y))) {
+            assert!((0..4).all(|k| cut.get(x, y, k) == whole.get(x, y, k)), "{x} {y}");
+        }
+    }
+
+    #[test]
     fn damaged_files_never_panic() {
         let file = file();
         for length in 0..file.len() {
@@ -265,7 +284,7 @@ mod tests {
             let _ = decode(&file[..length]);
         }
         assert!(decode(&file[..60]).unwrap_err().contains("truncated"));
-        for at in 0..200 {
+        for at in 0..file.len() {
             for flip in [1, 0x80, 0xff] {
                 let mut bytes = file.clone();
                 bytes[at] ^= flip;
