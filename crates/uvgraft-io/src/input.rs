@@ -1,8 +1,109 @@
-//! Reads whole files within a limit, with the path in errors.
+//! What is read: files, or bytes in memory; whole and within a limit, with the name in errors.
 
+use std::borrow::Cow;
+use std::fmt;
 use std::fs::File;
 use std::io::{self, Read};
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
+
+/// A file, or the bytes of one that is in memory already.
+///
+/// Every reader takes anything that converts into it: a path of any kind, or an `Input`.
+#[derive(Clone, PartialEq, Eq, Hash)]
+pub enum Input {
+    /// A file of this path.
+    File(PathBuf),
+    /// The content of a file.
+    Bytes {
+        /// Stands for the path in messages, and where the extension of a file matters.
+        name: PathBuf,
+        /// All of its bytes.
+        bytes: Arc<[u8]>,
+    },
+}
+
+impl Input {
+    /// The content of a file, which messages call `name`.
+    pub fn bytes(name: impl Into<PathBuf>, bytes: impl Into<Arc<[u8]>>) -> Self {
+        Self::Bytes { name: name.into(), bytes: bytes.into() }
+    }
+
+    /// The path, or the name that stands for it.
+    pub fn name(&self) -> &Path {
+        match self {
+            Self::File(path) | Self::Bytes { name: path, .. } => path,
+        }
+    }
+
+    /// The path, if it is a file.
+    pub fn path(&self) -> Option<&Path> {
+        match self {
+            Self::File(path) => Some(path),
+            Self::Bytes { .. } => None,
+        }
+    }
+
+    /// All bytes, at most `max` of them.
+    ///
+    /// # Errors
+    /// The system's, for a file that cannot be read; and for more bytes, of which none are read.
+    pub fn read(&self, max: u64) -> io::Result<Cow<'_, [u8]>> {
+        match self {
+            Self::File(path) => read_at_most(path, max).map(Cow::Owned),
+            Self::Bytes { bytes, .. } if bytes.len() as u64 > max => {
+                let found = bytes.len();
+                Err(io::Error::other(format!("must have at most {max} bytes, got {found}")))
+            }
+            Self::Bytes { bytes, .. } => Ok(Cow::Borrowed(bytes)),
+        }
+    }
+
+    /// Reads at most `max` bytes and parses them.
+    ///
+    /// # Errors
+    /// [`ReadError`], with the name.
+    pub fn parse<T, E: std::error::Error>(
+        &self,
+        max: u64,
+        parse: impl FnOnce(&[u8]) -> Result<T, E>,
+    ) -> Result<T, ReadError<E>> {
+        let path = || self.name().to_path_buf();
+        let bytes = self.read(max).map_err(|reason| ReadError::Io { path: path(), reason })?;
+        parse(&bytes).map_err(|reason| ReadError::Content { path: path(), reason })
+    }
+}
+
+impl<P: AsRef<Path>> From<P> for Input {
+    fn from(path: P) -> Self {
+        Self::File(path.as_ref().to_path_buf())
+    }
+}
+
+impl From<&Input> for Input {
+    fn from(input: &Input) -> Self {
+        input.clone()
+    }
+}
+
+/// The name, as messages show it.
+impl fmt::Display for Input {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        self.name().display().fmt(f)
+    }
+}
+
+/// Without the bytes, which may be millions.
+impl fmt::Debug for Input {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::File(path) => f.debug_tuple("File").field(path).finish(),
+            Self::Bytes { name, bytes } => {
+                f.debug_struct("Bytes").field("name", name).field("len", &bytes.len()).finish()
+            }
+        }
+    }
+}
 
 /// Why a file could not be read. `E` is the error of its content.
 #[derive(Debug, thiserror::Error)]
@@ -83,6 +184,21 @@ pub(crate) fn read_at_most(path: &Path, max: u64) -> io::Result<Vec<u8>> {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn bytes_are_read_as_files_are() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("five");
+        std::fs::write(&path, b"12345").unwrap();
+        for input in [Input::from(&path), Input::bytes("five", *b"12345")] {
+            let all = |bytes: &[u8]| Ok::<_, io::Error>(bytes.to_vec());
+            assert_eq!(input.parse(5, all).unwrap(), b"12345");
+            let refused = input.parse(4, all).unwrap_err().to_string();
+            assert!(refused.contains("five") && refused.contains("at most 4 bytes"), "{refused}");
+        }
+        assert_eq!(Input::from("a/b.png").path(), Some(Path::new("a/b.png")));
+        assert_eq!(format!("{:?}", Input::bytes("x", [7; 99])), "Bytes { name: \"x\", len: 99 }");
+    }
 
     #[test]
     fn names_the_file_and_keeps_the_bound() {

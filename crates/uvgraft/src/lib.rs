@@ -24,6 +24,7 @@ pub mod anatomy;
 pub mod area_colors;
 mod bits;
 pub mod blend;
+pub mod choice;
 pub mod color;
 pub mod connectivity;
 mod convert;
@@ -80,6 +81,7 @@ pub use anatomy::{Anatomy, AnatomyError, Area, HeadFrame, Landmark};
 pub use blend::{
     Blend, BlendDomain, BlendOptions, Selection, Tone, ToneCorrection, ToneError, ToneReport,
 };
+pub use choice::Choice;
 pub use color::Encoding;
 pub use connectivity::Fingerprint;
 pub use correspond::LinkError;
