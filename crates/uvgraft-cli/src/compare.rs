@@ -13,7 +13,7 @@ use uvgraft_pipeline::Outputs;
 use crate::failure::{OrBadInput, bad_input};
 use crate::heatmap;
 use crate::opacity::warn_unless_opaque;
-use crate::picture::check_name;
+use uvgraft_assembly::drawing::check_name;
 use crate::scores::{MetricsOption, Region, Scores};
 use crate::terminal;
 

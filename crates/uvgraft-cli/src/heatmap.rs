@@ -9,7 +9,7 @@ use std::path::Path;
 use uvgraft::Size;
 use uvgraft_metrics::{Colors, Mask};
 
-use crate::picture::{Picture, Rgb};
+use uvgraft_assembly::drawing::{Picture, Rgb};
 use crate::scores::Region;
 
 /// Longest side of the panel in pixels; larger textures are reduced.

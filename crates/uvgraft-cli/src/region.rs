@@ -1,7 +1,5 @@
 //! Options for regions of the surface.
 
-use std::path::Path;
-
 use clap::ValueEnum;
 use uvgraft_pipeline::{Grow, Length, Region, RegionPart, Unit};
 
@@ -77,16 +75,6 @@ fn parse_part(text: &str) -> Result<RegionPart, String> {
 }
 
 impl RegionArgs {
-    /// Whether it is the whole linked surface.
-    pub(crate) fn is_everything(&self) -> bool {
-        self.region.is_empty() && self.exclude.is_empty() && self.grow.is_none()
-    }
-
-    /// The input files.
-    pub(crate) fn inputs(&self) -> impl Iterator<Item = &Path> {
-        self.region.iter().chain(&self.exclude).map(|part| &*part.path)
-    }
-
     /// The region that the options describe.
     pub(crate) fn region(&self) -> Region {
         let mut region = Region::default();

@@ -6,9 +6,11 @@ use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
 use anyhow::Context;
-use etcetera::BaseStrategy;
+use uvgraft_assembly::weights::{
+    face_models, face_networks_path, lpips_path, missing_or,
+};
 use uvgraft_io::face_networks::import::{self as face_import, Imported};
-use uvgraft_io::face_networks::{self, FaceModels, FaceNetworksError};
+use uvgraft_io::face_networks::{self, FaceNetworksError};
 use uvgraft_io::input::{ReadError, read_file};
 use uvgraft_io::lpips_weights::{self, sdist};
 use uvgraft_metrics::lpips::{Lpips, LpipsNetwork};
@@ -16,12 +18,6 @@ use uvgraft_pipeline::Outputs;
 
 use crate::failure::{OrBadInput, bad_input};
 use crate::terminal;
-
-/// Overrides the path of the LPIPS weights in the user's data folder.
-const LPIPS_VARIABLE: &str = "UVGRAFT_WEIGHTS";
-
-/// Overrides the path of the face networks in the user's data folder.
-const FACE_VARIABLE: &str = "UVGRAFT_FACE_WEIGHTS";
 
 /// Manage the networks of LPIPS and those that find faces
 ///
@@ -81,7 +77,7 @@ pub(crate) fn run(args: &Args) -> anyhow::Result<ExitCode> {
     match &args.command {
         Command::Import { files } => import(files)?,
         Command::Path { faces } => {
-            let path = if *faces { face_path()? } else { lpips_path()? };
+            let path = if *faces { face_networks_path()? } else { lpips_path()? };
             terminal::print(&format!("{}\n", terminal::path(&path)))?;
         }
     }
@@ -106,7 +102,7 @@ fn import(files: &[PathBuf]) -> anyhow::Result<()> {
         }
     }
     if face.is_some() || iris.is_some() {
-        let output = face_path()?;
+        let output = face_networks_path()?;
         let networks = merged(&output, face, iris)?;
         prepare(&output, files)?;
         face_networks::write(&networks, &output)
@@ -188,52 +184,11 @@ fn read_weights(file: &Path) -> anyhow::Result<Weights> {
     Ok(Weights::Lpips(Box::new(sdist::read(file).or_bad_input()?)))
 }
 
-/// The networks that find faces; `None` if none were imported. An unreadable file is an error.
-pub(crate) fn face_models() -> anyhow::Result<Option<FaceModels>> {
-    match face_networks::read(&face_path()?) {
-        Ok(models) => Ok(Some(models)),
-        Err(error) => missing_or(error),
-    }
-}
-
-/// `None` if a file does not exist; any other error is one.
-fn missing_or<T, E: std::error::Error>(error: ReadError<E>) -> anyhow::Result<Option<T>> {
-    match error {
-        ReadError::Io { reason, .. } if reason.kind() == std::io::ErrorKind::NotFound => Ok(None),
-        error => Err(bad_input(format!(
-            "{error}; import the weights again: see `uvgraft weights --help`"
-        ))),
-    }
-}
-
 /// LPIPS with one of the networks; `None` if no weights were imported. An unreadable file is an
 /// error.
 pub(crate) fn lpips(network: LpipsNetwork) -> anyhow::Result<Option<Lpips>> {
     match lpips_weights::read(&lpips_path()?, network) {
         Ok(weights) => Ok(Some(Lpips::new(weights))),
-        Err(error) => missing_or(error),
+        Err(error) => Ok(missing_or(error)?),
     }
-}
-
-/// Where the weights of LPIPS are kept, whether or not they were imported.
-///
-/// # Errors
-/// If the environment names no folder for user data.
-pub fn lpips_path() -> anyhow::Result<PathBuf> {
-    path(LPIPS_VARIABLE, "lpips.safetensors")
-}
-
-fn face_path() -> anyhow::Result<PathBuf> {
-    path(FACE_VARIABLE, "face_networks.safetensors")
-}
-
-/// Path of an imported file, by an environment variable or by its name in the user's data folder.
-fn path(variable: &str, name: &str) -> anyhow::Result<PathBuf> {
-    if let Some(path) = std::env::var_os(variable).filter(|path| !path.is_empty()) {
-        return Ok(PathBuf::from(path));
-    }
-    let folders = etcetera::choose_base_strategy().map_err(|_| {
-        bad_input(format!("no home folder to keep weights in; set {variable} to a file path"))
-    })?;
-    Ok(folders.data_dir().join("uvgraft").join(name))
 }

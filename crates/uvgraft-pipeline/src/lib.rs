@@ -29,6 +29,7 @@ mod base;
 pub mod base_color;
 mod base_source;
 mod batch;
+mod blend_settings;
 mod blending;
 mod carry;
 mod failure;
@@ -64,6 +65,7 @@ mod unchanged;
 mod worker;
 
 pub use base_source::BaseSource;
+pub use blend_settings::{BlendMode, BlendSettings, ToneSide};
 pub use blending::{Blending, KnownTexels, exclusion_note};
 pub use failure::{Failure, Fault, Result};
 pub use length::{Length, Unit};

@@ -22,6 +22,12 @@ pub enum Relight {
     Full,
 }
 
+uvgraft::choices!(Relight {
+    Off => "off", "None of it: the colours of the photographs";
+    Soft => "soft", "Most of the differences in brightness";
+    Full => "full", "All differences in brightness and colour";
+});
+
 /// A colour seen on skin.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct SkinSample {

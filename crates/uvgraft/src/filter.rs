@@ -19,6 +19,13 @@ pub enum Filter {
     Lanczos3,
 }
 
+crate::choices!(Filter {
+    Nearest => "nearest", "Nearest texel, never blended; for label maps";
+    Bilinear => "bilinear", "2 x 2 texels; never overshoots";
+    CatmullRom => "catmull-rom", "4 x 4 texels; sharp, overshoots slightly at hard edges";
+    Lanczos3 => "lanczos3", "6 x 6 texels; keeps the most detail, overshoots at hard edges";
+});
+
 /// Maximum number of texels that a filter reads on one axis.
 pub const MAX_TAPS: usize = 6;
 

@@ -18,6 +18,11 @@ pub enum UpAxis {
     Z,
 }
 
+uvgraft::choices!(UpAxis {
+    Y => "y", "Y up";
+    Z => "z", "Z up";
+});
+
 /// The result of the detection.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Guess {

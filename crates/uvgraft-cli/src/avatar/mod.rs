@@ -1,63 +1,43 @@
 //! `uvgraft avatar`: an animated full-body avatar from a head texture.
 
-mod betas;
-mod body;
-mod carried;
-mod dress;
-mod expressions;
-mod face;
 mod features;
-mod layout;
 mod lods;
-mod map_transfer;
-mod maps;
 mod materials;
 mod meta;
 mod motions;
-mod pair;
-mod plan;
 mod selfie;
-mod summary;
-mod thumbnail;
 
 use std::io::{self, Write as _};
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
-use std::sync::Arc;
 
 use anyhow::Context;
 use clap::Arg;
-use clap::builder::{PossibleValue, PossibleValuesParser, StyledStr};
-use uvgraft::{MapOptions, Size};
-use uvgraft_gltf::glb::{self, Export, PictureFormat, VrmError};
-use uvgraft_gltf::preset::{self, FittedAvatar, Preset};
+use clap::builder::{PossibleValue, PossibleValuesParser, StyledStr, TypedValueParser};
+use uvgraft::{Choice, Filter, MapOptions, Prefer, Size};
+use uvgraft_assembly::avatar::{Betas, TextureLayout, TextureOptions, level_file};
+use uvgraft_assembly::{AvatarRequest, Body, Input, drawing};
+use uvgraft_gltf::glb::PictureFormat;
+use uvgraft_gltf::preset::Preset;
+use uvgraft_io::image::{self, WriteOptions};
 use uvgraft_io::output;
+use uvgraft_pipeline::Outputs;
 
+use self::features::FeatureArgs;
+use self::lods::LodArgs;
+use self::materials::{Bases, MaterialArgs};
+use self::meta::MetaArgs;
+use self::motions::PlayArgs;
+use self::selfie::SelfieArgs;
 use crate::blending::BlendArgs;
 use crate::body::shape;
-use crate::failure::{OrBadInput, bad_input};
-use crate::filters::FilterName;
+use crate::choice::choice;
+use crate::failure::{Notes, warn};
 use crate::heading;
 use crate::number::whole_number;
-use crate::preference::PreferName;
 use crate::region::RegionArgs;
 use crate::report::{grouped, parse_size};
 use crate::terminal;
-use body::Body;
-use dress::Dressed;
-use face::Face;
-use features::FeatureArgs;
-use layout::LayoutArgs;
-use lods::LodArgs;
-use maps::Encoder;
-use materials::MaterialArgs;
-use meta::MetaArgs;
-use motions::PlayArgs;
-use plan::Plan;
-use selfie::SelfieArgs;
-
-/// JPEG quality: textures are looked at closely, and base colours have no blur to hide blocks.
-const JPEG_QUALITY: u8 = 92;
 
 /// Build an animated full-body avatar from a head texture
 ///
@@ -124,18 +104,21 @@ pub(crate) struct Args {
     /// Size of the body texture in texels [default: the base's, within the preset]
     #[arg(long, value_name = "N|WxH", value_parser = parse_size, allow_negative_numbers = true, help_heading = heading::TEXTURE)]
     size: Option<Size>,
-    #[command(flatten)]
-    layout: LayoutArgs,
+    /// Layout of the avatar's textures
+    #[arg(long, value_name = "LAYOUT", value_parser = choice::<TextureLayout>())]
+    #[arg(default_value = TextureLayout::Atlas.name(), help_heading = heading::TEXTURE)]
+    texture_layout: TextureLayout,
     /// Format of embedded textures [default: the preset's, or png]
-    #[arg(long, value_enum, value_name = "FORMAT", help_heading = heading::TEXTURE)]
-    texture: Option<TextureName>,
+    #[arg(id = "texture_format", long = "texture", value_name = "FORMAT")]
+    #[arg(value_parser = choice::<PictureFormat>(), help_heading = heading::TEXTURE)]
+    texture: Option<PictureFormat>,
     /// Quality of JPEG textures [default: 92]
     #[arg(long, value_name = "1-100", value_parser = whole_number::<u8>(1..=100), allow_negative_numbers = true)]
     #[arg(help_heading = heading::TEXTURE)]
     quality: Option<u8>,
     /// Interpolation filter [default: lanczos3]
-    #[arg(long, value_enum, help_heading = heading::TEXTURE)]
-    filter: Option<FilterName>,
+    #[arg(long, value_parser = choice::<Filter>(), help_heading = heading::TEXTURE)]
+    filter: Option<Filter>,
     /// Width of the gutter around UV islands, in texels
     #[arg(long, value_name = "TEXELS", default_value_t = MapOptions::default().gutter_px)]
     #[arg(value_parser = whole_number::<u32>(0..=256), allow_negative_numbers = true, help_heading = heading::TEXTURE)]
@@ -143,9 +126,9 @@ pub(crate) struct Args {
     /// UV island that owns texels shared by several islands
     ///
     /// Matters for layouts with overlapping islands, such as two eyes that share one disc.
-    #[arg(long, value_enum, value_name = "ISLAND", default_value_t = PreferName::First)]
-    #[arg(help_heading = heading::TEXTURE)]
-    prefer: PreferName,
+    #[arg(long, value_name = "ISLAND", value_parser = choice::<Prefer>())]
+    #[arg(default_value = Prefer::First.name(), help_heading = heading::TEXTURE)]
+    prefer: Prefer,
     #[command(flatten)]
     materials: MaterialArgs,
     #[command(flatten)]
@@ -163,7 +146,7 @@ pub(crate) struct Args {
     /// Look, which opens USDZ files only: convert the avatar afterwards.
     #[arg(long, help_heading = heading::PLATFORM)]
     #[arg(value_parser = presets())]
-    preset: Option<String>,
+    preset: Option<&'static Preset>,
     /// Maximum number of triangles [default: the preset's, or unlimited]
     ///
     /// Hidden triangles, such as the backs of the eyeballs, are removed first; the rest is
@@ -189,169 +172,102 @@ fn default_in_help(option: Arg, default: &str) -> Arg {
 }
 
 /// The names of presets, with their limits as help.
-fn presets() -> PossibleValuesParser {
+fn presets() -> impl TypedValueParser<Value = &'static Preset> {
     PossibleValuesParser::new(Preset::ALL.map(|preset| {
         let (platform, side) = (preset.limits.platform, preset.texture_side);
         let triangles = grouped(preset.triangles);
         PossibleValue::new(preset.name)
             .help(format!("{platform}: {triangles} triangles, textures of {side} texels a side"))
     }))
-}
-
-#[derive(Clone, Copy, PartialEq, Eq, clap::ValueEnum)]
-enum TextureName {
-    /// Lossless, supported everywhere
-    Png,
-    /// Lossy and small, supported everywhere
-    Jpeg,
-    /// Lossless and smaller than PNG, supported by browsers and Blender
-    Webp,
-    /// Stays compressed on the GPU; needs a build with the feature `ktx2`
-    Ktx2,
-}
-
-impl From<TextureName> for PictureFormat {
-    fn from(name: TextureName) -> Self {
-        match name {
-            TextureName::Png => Self::Png,
-            TextureName::Jpeg => Self::Jpeg,
-            TextureName::Webp => Self::WebP,
-            TextureName::Ktx2 => Self::Ktx2,
-        }
-    }
+    .map(|name| Preset::named(&name).expect("a name that the parser lists"))
 }
 
 pub(crate) fn run(args: &Args) -> anyhow::Result<ExitCode> {
-    terminal::print(&make(args)?)?;
+    let request = args.request()?;
+    request.check()?;
+    args.check_outputs(&request)?;
+    let made = request.make(&Notes)?;
+    if let (Some(path), Some(labels)) = (args.blending.drawn_labels(), made.labels) {
+        let written = image::write(&labels.into(), path, &WriteOptions::default())?;
+        written.losses.iter().for_each(warn);
+    }
+    if let (Some(path), Some(preview)) = (&args.blending.preview, made.preview) {
+        drawing::write(preview, path)?;
+    }
+    write(&args.output, &made.file)?;
+    for (index, file) in made.levels.iter().enumerate() {
+        write(&level_file(&args.output, index + 1), file)?;
+    }
+    terminal::print(&made.report.to_string())?;
     Ok(ExitCode::SUCCESS)
-}
-
-/// Writes the avatar, and describes it.
-pub(crate) fn make(args: &Args) -> anyhow::Result<String> {
-    let plan = Plan::new(args)?;
-    let mut file = args.read_pair()?;
-    let given = Arc::clone(&file.pair);
-    let (body, selfie) = rayon::join(
-        || Body::new(args, given.target()),
-        || {
-            let fit = |frames| args.selfie.fit(frames, &given, &file.source_name);
-            plan.frames.as_ref().map(fit).transpose()
-        },
-    );
-    let (mut body, selfie) = (body?, selfie?);
-    let parted = features::parted(&given)?;
-    if let Some((pair, _)) = &parted {
-        file.pair = Arc::clone(pair);
-    }
-    let limits = plan.preset.as_ref();
-    let (body, dressed) = rayon::join(
-        || {
-            if let Some(selfie) = &selfie {
-                body.avatar = args.selfie.shape(selfie, &given, body.avatar, &body.name)?;
-            }
-            if let Some((_, parted)) = &parted {
-                body.avatar = features::with_layout(body.avatar, &parted.mesh)?;
-            }
-            let mouth = match body.has_mouth {
-                true => None,
-                false => args.features.fit_mouth(&body.avatar),
-            };
-            anyhow::Ok((body, mouth))
-        },
-        || {
-            let (face, base) = rayon::join(
-                || match (&selfie, &args.face) {
-                    (Some(selfie), _) => Ok(Face::of_selfie(selfie)),
-                    (None, Some(path)) => Face::read(path),
-                    (None, None) => Err(bad_input("a face texture or --selfie is required")),
-                },
-                || dress::base(args, plan.onto.as_ref(), limits),
-            );
-            let mut base = base?;
-            if let Some((_, parted)) = &parted {
-                parted.copy(&mut base);
-            }
-            dress::dress(args, &file, face?, base, limits)
-        },
-    );
-    let ((body, mouth), dressed) = (body?, dressed?);
-    let Body { avatar, name, apart, grounds, solved, license, .. } = body;
-    let license = license.as_deref();
-    let missing = avatar.skeleton.missing_bones();
-    if plan.vrm.is_some() && !missing.is_empty() {
-        // Comes before messages about a face that will never be in a file.
-        let (output, why) = (args.output.display(), VrmError::MissingBones { bones: missing });
-        return Err(bad_input(format!("{name} as {output}: {why}")));
-    }
-    if let Some((kind, solved)) = &solved {
-        expressions::report(&args.body, *kind, solved);
-    }
-    let Dressed { body: mut color, head, map_transfer } = dressed;
-    args.features.draw_eyes(&avatar, &mut color, &name);
-    let (mut avatar, mouth) = match mouth {
-        Some(mouth) => features::with_mouth(avatar, mouth, &mut color, &name)?,
-        None => (avatar, None),
-    };
-    if let Some(layout) = &map_transfer.head {
-        layout.apply(&mut avatar)?;
-    }
-    let maps = plan.materials.carry(&map_transfer, color.size())?;
-    let (mut fitted, mut normals) = (None, None);
-    if let Some(triangles) = plan.triangles {
-        let fit = preset::fit(avatar, triangles).or_bad_input()?;
-        let FittedAvatar { before, hidden, after, wanted, .. } = fit;
-        fitted = Some((before, hidden, after, wanted));
-        // Simplifying may have removed the lowest vertex.
-        (avatar, normals) = (fit.avatar.standing()?, fit.normals);
-    }
-    let levels = args.lods.levels(&avatar, normals.as_deref())?;
-    let is_vrm = plan.vrm.is_some();
-    let shown =
-        is_vrm.then(|| thumbnail::Colors::new([Some(&color), head.as_ref()].into_iter().flatten()));
-    // Textures already have the preset's size.
-    let quality = args.quality.unwrap_or(JPEG_QUALITY);
-    let encoder = Encoder { format: plan.format, quality, style: plan.materials.style };
-    let looks = maps.looks((color, head), &encoder).or_bad_input()?;
-    let export = Export {
-        name: args.meta.title(&args.output),
-        copyright: args.meta.copyright(license),
-        extras: if is_vrm { Default::default() } else { args.meta.extras(license) },
-        thumbnail: shown.and_then(|shown| shown.thumbnail(&avatar, &looks)),
-        normals,
-        vrm: plan.vrm.map(|vrm| meta::made_from(vrm, license)),
-        levels: levels.inside(),
-    };
-    let refused = |error: &dyn std::fmt::Display| {
-        bad_input(format!("{name} as {}: {error}", args.output.display()))
-    };
-    let exported = glb::write(&avatar, &looks, &export).map_err(|error| refused(&error))?;
-    let coarser = levels.files(&looks, &export).map_err(|error| refused(&error))?;
-    write(&args.output, &exported.bytes)?;
-    let mut level_files = Vec::with_capacity(coarser.len());
-    for (path, file) in plan.level_files.into_iter().zip(coarser) {
-        write(&path, &file.bytes)?;
-        level_files.push((path, file.bytes.len()));
-    }
-    let made = summary::Made {
-        output: &args.output,
-        is_vrm,
-        body: &name,
-        avatar: &avatar,
-        looks: &looks,
-        report: &exported.report,
-        apart: &apart,
-        grounds: &grounds,
-        mouth,
-        fitted,
-        levels: levels.rows(&level_files),
-        limits: plan.preset.as_ref().map(|preset| preset.limits),
-    };
-    let of_photographs = selfie.map(|selfie| selfie.text(&file.source_name)).unwrap_or_default();
-    Ok(of_photographs + &made.text())
 }
 
 fn write(path: &Path, bytes: &[u8]) -> anyhow::Result<()> {
     output::write_atomically::<io::Error>(path, |out| out.write_all(bytes))
         .with_context(|| format!("cannot write {}", path.display()))?;
     Ok(())
+}
+
+impl Args {
+    /// The avatar that the options describe.
+    fn request(&self) -> anyhow::Result<AvatarRequest> {
+        let body = match &*self.body {
+            demo if demo == Path::new("demo") => Body::Figure,
+            model => Body::Model(model.into()),
+        };
+        let bases = Bases::parse(&self.onto)?;
+        let mut request = AvatarRequest::new(body, &self.output);
+        request.pair = self.pair.as_ref().map(Input::from);
+        request.face = self.face.as_ref().map(Input::from);
+        request.photos = self.selfie.photos.iter().map(Input::from).collect();
+        request.photo_options = self.selfie.photographs.options();
+        request.likeness = self.selfie.likeness.unwrap_or(1.0);
+        request.onto.clone_from(&bases.color);
+        request.betas = self.betas.as_deref().map(Betas::parse).transpose()?;
+        request.shape = self.shape.as_ref().map(|values| values.0.clone());
+        request.expressions = self.expressions.as_ref().map(Input::from);
+        request.motions = self.playing.options();
+        request.textures = TextureOptions {
+            size: self.size,
+            layout: self.texture_layout,
+            format: self.texture,
+            quality: self.quality,
+            filter: self.filter,
+            gutter_px: self.gutter,
+            prefer: self.prefer,
+        };
+        request.materials = self.materials.options(bases)?;
+        request.mouth = self.features.mouth;
+        request.eyes = self.features.eyes;
+        request.region = self.region.region();
+        request.blending = self.blending.settings();
+        request.source_mask = self.blending.source_mask.as_ref().map(Input::from);
+        request.fill = self.blending.fill.as_ref().map(Input::from);
+        request.preview = self.blending.preview.is_some();
+        request.levels = self.lods.options();
+        request.preset = self.preset;
+        request.triangles = self.triangles;
+        request.metadata = self.meta.metadata();
+        request.verbose = self.verbose;
+        Ok(request)
+    }
+
+    /// Rejects outputs that cannot be written, before any work.
+    fn check_outputs(&self, request: &AvatarRequest) -> anyhow::Result<()> {
+        let inputs = request.inputs()?;
+        let mut outputs = Outputs::new(inputs.iter().filter_map(Input::path));
+        outputs.check(&self.output)?;
+        for level in 1..=request.level_files() {
+            outputs.check(&level_file(&self.output, level))?;
+        }
+        if let Some(preview) = &self.blending.preview {
+            drawing::check_name(preview, "a preview")?;
+            outputs.check(preview)?;
+        }
+        if let Some(labels) = self.blending.drawn_labels() {
+            drawing::check_name(labels, "a label image")?;
+            outputs.check(labels)?;
+        }
+        Ok(())
+    }
 }

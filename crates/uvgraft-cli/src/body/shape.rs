@@ -32,7 +32,7 @@ pub(super) struct Args {
 
 /// Values by name.
 #[derive(Debug, Clone, PartialEq)]
-pub(crate) struct NamedValues(Vec<(String, f32)>);
+pub(crate) struct NamedValues(pub(crate) Vec<(String, f32)>);
 
 /// Parses values by name, separated by commas.
 pub(crate) fn parse(text: &str) -> Result<NamedValues, String> {

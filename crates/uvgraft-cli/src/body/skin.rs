@@ -3,20 +3,17 @@
 use std::path::PathBuf;
 
 use anyhow::Context;
-use uvgraft::{Size, Texture};
-use uvgraft_avatar::body::{ModelFile, ReadOptions, Shape};
+use uvgraft::Size;
+use uvgraft_assembly::Input;
+use uvgraft_assembly::drawing::check_name;
+use uvgraft_assembly::skin::{HAIR, painted};
 use uvgraft_io::image::{self, Image, WriteOptions};
-use uvgraft_io::model_mesh;
-use uvgraft_open_body::skin::{SkinOptions, SkinTone, paint_skin};
+use uvgraft_open_body::skin::{SkinOptions, SkinTone};
 use uvgraft_pipeline::Outputs;
 
-use crate::failure::{OrBadInput, bad_input};
-use crate::picture::check_name;
+use crate::failure::bad_input;
 use crate::report::parse_size;
 use crate::terminal;
-
-/// Colour of the hair cap.
-const HAIR: [f32; 3] = [0.17, 0.115, 0.085];
 
 /// Paint a skin for the open body, with shorts and a top
 #[derive(clap::Args)]
@@ -84,40 +81,10 @@ pub(super) fn run(args: &Args) -> anyhow::Result<()> {
     if let Some(Color(iris)) = args.eye_color {
         options.iris = iris;
     }
-    let skin = painted(&args.model, args.size, &options)?;
+    let skin = painted(&Input::from(&args.model), args.size, &options)?;
     let _ = image::write(&Image::from(skin), &args.output, &WriteOptions::default())
         .with_context(|| format!("cannot write {}", args.output.display()))?;
     terminal::print(&format!("wrote {}: {} texels\n", terminal::path(&args.output), args.size))
-}
-
-/// The skin of the open body in a usual tone; `None` for other models.
-pub(crate) fn usual(model: &std::path::Path, size: Size) -> anyhow::Result<Option<Texture>> {
-    /// Light brown. An avatar's skin takes on the tone of its face anyway.
-    const TONE: f32 = 0.35;
-    match model_mesh::read(model) {
-        Ok(mesh) if !mesh.parts().is_empty() => {
-            let mut options = SkinOptions::new(SkinTone::on_scale(TONE));
-            options.hair = Some(HAIR);
-            painted(model, size, &options).map(Some)
-        }
-        _ => Ok(None),
-    }
-}
-
-/// The skin of a model file in the open body's layout.
-fn painted(model: &std::path::Path, size: Size, options: &SkinOptions) -> anyhow::Result<Texture> {
-    let mesh = model_mesh::read(model).or_bad_input()?;
-    if mesh.parts().is_empty() {
-        let model = model.display();
-        return Err(bad_input(format!("{model}: must be the open body, which has named parts")));
-    }
-    let needs = ReadOptions { betas: 0, correctives: false };
-    let file = ModelFile::read(model, &needs).or_bad_input()?;
-    let body = file.model.shaped(&Shape::default()).or_bad_input()?;
-    if file.model.kind().name() != "SMPL-X" {
-        return Err(bad_input(format!("{}: must be the open body", model.display())));
-    }
-    Ok(paint_skin(&mesh, &body, size, options))
 }
 
 #[cfg(test)]

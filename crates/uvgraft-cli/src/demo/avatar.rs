@@ -19,7 +19,7 @@ use uvgraft_io::image::animation::write_gif;
 use uvgraft_io::output::write_atomically;
 use uvgraft_render::{Perspective, RenderOptions, Renderer};
 
-use crate::picture::Picture as Sheet;
+use uvgraft_assembly::drawing::Picture as Sheet;
 
 const PANEL: Size = Size::new(400, 540);
 const TURNTABLE: Size = Size::new(300, 450);

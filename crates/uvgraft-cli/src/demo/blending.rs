@@ -7,7 +7,7 @@ use uvgraft_figure::{Figure, paint_body_in_tone};
 use uvgraft_render::View;
 
 use super::views::{BUST, render};
-use crate::picture::Picture;
+use uvgraft_assembly::drawing::Picture;
 
 /// Factor on the skin colour of the body.
 const DARKER: [f32; 3] = [0.62, 0.52, 0.46];

@@ -15,6 +15,8 @@ use std::time::{Duration, Instant};
 
 use anyhow::Context;
 use uvgraft::{Direction, Graft, Mesh, Pair, Size, Sizes, Texture};
+use uvgraft_assembly::drawing::Picture;
+use uvgraft_assembly::{Input, ViewRequest, pair_picture};
 use uvgraft_figure::{Figure, paint_body, paint_head};
 use uvgraft_io::image::{self, Image, WriteOptions};
 use uvgraft_io::output::write_atomically;
@@ -23,14 +25,11 @@ use uvgraft_io::{arrays, obj, vertex_map};
 use uvgraft_render::View;
 use uvgraft_viewer::PAGE;
 
+use self::blending::Blends;
+use self::views::{FACE, FULL, render};
 use crate::failure::OrBadInput;
-use crate::picture::Picture;
-use crate::preview;
 use crate::report::{grouped, parse_size};
 use crate::terminal;
-use crate::view;
-use blending::Blends;
-use views::{FACE, FULL, render};
 
 /// Run the whole workflow on a built-in example
 ///
@@ -70,130 +69,188 @@ pub(crate) fn run(args: &Args) -> anyhow::Result<ExitCode> {
     if let Some(made) = &open_body {
         steps.done("open body", made.summary.clone());
     }
-
-    let figure = Figure::new();
-    steps.done(
-        "meshes",
-        format!(
-            "head with {} triangles, body with {}",
-            grouped(figure.head.faces().len()),
-            grouped(figure.body.faces().len()),
-        ),
-    );
-    let face = paint_head(&figure, args.size);
-    let base = paint_body(&figure, args.size);
-    steps.done("painting", format!("two textures of {}", args.size));
-
-    let ids: Vec<i64> = figure.vertex_map.iter().map(|&id| i64::from(id)).collect();
-    let pair = Pair::by_vertex_map(figure.head.clone(), figure.body.clone(), &ids)?;
-    let pair = Arc::new(pair);
-    steps.done("pair", format!("{} triangles linked", grouped(pair.piece_count())));
-
-    let sizes = Sizes { from: args.size, to: args.size };
-    let forward = Graft::builder(Arc::clone(&pair), sizes).build()?;
-    let backward =
-        Graft::builder(Arc::clone(&pair), sizes).direction(Direction::Reverse).build()?;
-    let texels = forward.map().stats().linked;
-    steps.done("maps", format!("both directions, {} body texels linked", grouped(texels)));
-    let (source, target) = (face.clone(), base.clone());
-    steps.skip();
-    let body = forward.apply(source, target)?;
-    steps.done("transfer", format!("face onto body, {}", forward.filter()));
-    let (source, target) = (body.clone(), face.clone());
-    steps.skip();
-    let back = backward.apply(source, target)?;
-    steps.done("reverse", "body back onto head".to_owned());
-
-    let shots = Shots::new(&figure, &face, &base, &body);
-    let blends = Blends::new(&figure, &pair, &face, sizes)?;
-    let blended = blends.picture();
-    let darker = blends.body;
-    steps.done("rendering", "before and after, blending onto darker skin".to_owned());
-
-    let files = avatar::Files::new(&figure, body.clone())?;
-    steps.done("avatar", files.summary.clone());
-    let pictures = avatar::Pictures::new(&files.glb)?;
-    steps.done("animation", "turntable and stills of the avatar".to_owned());
-
-    let selfie = match selfie::photo(args.photo.as_deref(), &figure, &body, folder)? {
-        Some(photo) => {
-            let sheet = selfie::made(&photo, &folder.join("selfie.glb"))?;
-            steps.done("selfie", "avatar of a photograph".to_owned());
-            Some((photo, sheet))
-        }
-        None => None,
-    };
-
-    let file = PairFile {
-        pair,
-        source_name: "head.obj".to_owned(),
-        target_name: "body.obj".to_owned(),
-        note: "made by uvgraft's demo; free to use like uvgraft itself".to_owned(),
-    };
-    let (head, whole) = (&figure.head, &figure.body);
-    let outputs = Outputs { folder, written: Vec::new() }
-        .file("head.obj", "head mesh", |path| Ok(obj::save(head, path)?))?
-        .file("body.obj", "body mesh", |path| Ok(obj::save(whole, path)?))?
-        .file("head_to_body.npy", "body vertex for each head vertex", |path| {
-            Ok(vertex_map::save_npy(&figure.vertex_map, path)?)
-        })?
-        .file("head_to_body.uvpair", "linked pair", |path| Ok(pair_file::write(&file, path)?))?
-        .file("preview.png", "both layouts, linked region in colour", |path| {
-            preview::write(&file, None, path)
-        })?
-        .texture("face.png", "face texture of the head", face)?
-        .texture("body_base.png", "body texture before the transfer", base)?
-        .texture("body_with_face.png", "body texture after the transfer", body)?
-        .texture("face_back.png", "face transferred back from the body", back)?
-        .file("before_after.png", "head before, body after", |path| shots.picture().write(path))?
-        .file("blending.png", "face blended onto a body of darker skin", |path| {
-            blended.write(path)
-        })?
-        .texture("body_darker.png", "texture of that body before", darker)?
-        .file("avatar.glb", "animated avatar", |path| bytes(path, &files.glb))?
-        .file("avatar.vrm", "the same as VRM", |path| bytes(path, &files.vrm))?
-        .file("wave.npz", "animation as an AMASS recording", |path| {
-            Ok(arrays::save_npz(&files.motion, path)?)
-        })?
-        .file("avatar.png", "stills of the avatar", |path| pictures.sheet().write(path))?
-        .file("turntable.gif", "waving avatar from all sides", |path| {
-            pictures.write_turntable(path)
-        })?;
-    let outputs = match view::page("avatar.glb", &files.glb)? {
-        Some(page) => {
-            outputs.file("avatar.html", "avatar in a viewer for the browser", |path| {
-                bytes(path, &page)
-            })?
-        }
-        None => outputs,
-    };
-    let outputs = match open_body {
-        Some(made) => outputs
-            .file("open_body.glb", "avatar of the open body", |path| bytes(path, &made.glb))?
-            .file("open_body.vrm", "the same as VRM", |path| bytes(path, &made.vrm))?
-            .file("open_body.png", "stills of the open body", |path| made.sheet.write(path))?,
-        None => outputs,
-    };
+    let transferred = Transferred::new(args.size, &mut steps)?;
+    let pictures = Pictures::new(&transferred, &mut steps)?;
+    let avatar = AnimatedFigure::new(&transferred, &mut steps)?;
+    let selfie = Selfie::new(args, &transferred, &mut steps)?;
     let has_selfie = selfie.is_some();
-    let outputs = match selfie {
-        Some((photo, sheet)) => {
-            let outputs = if photo.starts_with(outputs.folder) {
-                // This and the avatar were written when they were made.
-                outputs.file(selfie::PORTRAIT, "photograph of the figure", |_| Ok(()))?
-            } else {
-                outputs
-            };
-            outputs.file("selfie.glb", "avatar of a photograph", |_| Ok(()))?.file(
-                "selfie.png",
-                "the photograph and its avatar",
-                |path| sheet.write(path),
-            )?
-        }
-        None => outputs,
-    };
+    let outputs = Outputs { folder, written: Vec::new() };
+    let outputs = transferred.write(outputs, pictures)?;
+    let outputs = avatar.write(outputs)?;
+    let outputs = open_body.map_or(Ok(outputs), |made| made.write(outputs))?;
+    let outputs = selfie.map_or(Ok(outputs), |made| made.write(outputs))?;
     steps.done("writing", format!("{} files", outputs.written.len()));
     print(&steps, &outputs, has_selfie)?;
     Ok(ExitCode::SUCCESS)
+}
+
+/// The figure, its pair, and its textures before and after the transfer.
+struct Transferred {
+    figure: Figure,
+    pair: Arc<Pair>,
+    face: Texture,
+    base: Texture,
+    /// The body's texture with the face.
+    body: Texture,
+    /// The face transferred back from the body.
+    back: Texture,
+}
+
+impl Transferred {
+    fn new(size: Size, steps: &mut Steps) -> anyhow::Result<Self> {
+        let figure = Figure::new();
+        let [head, whole] = [&figure.head, &figure.body].map(|mesh| grouped(mesh.faces().len()));
+        steps.done("meshes", format!("head with {head} triangles, body with {whole}"));
+        let face = paint_head(&figure, size);
+        let base = paint_body(&figure, size);
+        steps.done("painting", format!("two textures of {size}"));
+
+        let ids: Vec<i64> = figure.vertex_map.iter().map(|&id| i64::from(id)).collect();
+        let pair = Pair::by_vertex_map(figure.head.clone(), figure.body.clone(), &ids)?;
+        let pair = Arc::new(pair);
+        steps.done("pair", format!("{} triangles linked", grouped(pair.piece_count())));
+
+        let sizes = Sizes { from: size, to: size };
+        let forward = Graft::builder(Arc::clone(&pair), sizes).build()?;
+        let backward =
+            Graft::builder(Arc::clone(&pair), sizes).direction(Direction::Reverse).build()?;
+        let texels = forward.map().stats().linked;
+        steps.done("maps", format!("both directions, {} body texels linked", grouped(texels)));
+        let (source, target) = (face.clone(), base.clone());
+        steps.skip();
+        let body = forward.apply(source, target)?;
+        steps.done("transfer", format!("face onto body, {}", forward.filter()));
+        let (source, target) = (body.clone(), face.clone());
+        steps.skip();
+        let back = backward.apply(source, target)?;
+        steps.done("reverse", "body back onto head".to_owned());
+        Ok(Self { figure, pair, face, base, body, back })
+    }
+
+    fn write<'a>(self, outputs: Outputs<'a>, pictures: Pictures) -> anyhow::Result<Outputs<'a>> {
+        let file = PairFile {
+            pair: self.pair,
+            source_name: "head.obj".to_owned(),
+            target_name: "body.obj".to_owned(),
+            note: "made by uvgraft's demo; free to use like uvgraft itself".to_owned(),
+        };
+        let Figure { head, body: whole, vertex_map, .. } = &self.figure;
+        outputs
+            .file("head.obj", "head mesh", |path| Ok(obj::save(head, path)?))?
+            .file("body.obj", "body mesh", |path| Ok(obj::save(whole, path)?))?
+            .file("head_to_body.npy", "body vertex for each head vertex", |path| {
+                Ok(vertex_map::save_npy(vertex_map, path)?)
+            })?
+            .file("head_to_body.uvpair", "linked pair", |path| Ok(pair_file::write(&file, path)?))?
+            .file("preview.png", "both layouts, linked region in colour", |path| {
+                Ok(pair_picture::of_pair(&file, None)?.write(path)?)
+            })?
+            .texture("face.png", "face texture of the head", self.face)?
+            .texture("body_base.png", "body texture before the transfer", self.base)?
+            .texture("body_with_face.png", "body texture after the transfer", self.body)?
+            .texture("face_back.png", "face transferred back from the body", self.back)?
+            .file("before_after.png", "head before, body after", |path| {
+                Ok(pictures.shots.picture().write(path)?)
+            })?
+            .file("blending.png", "face blended onto a body of darker skin", |path| {
+                Ok(pictures.blended.write(path)?)
+            })?
+            .texture("body_darker.png", "texture of that body before", pictures.darker)
+    }
+}
+
+/// What shows the transfer.
+struct Pictures {
+    shots: Shots,
+    /// Each way of blending, onto darker skin.
+    blended: Picture,
+    /// The texture of the body with darker skin.
+    darker: Texture,
+}
+
+impl Pictures {
+    fn new(transferred: &Transferred, steps: &mut Steps) -> anyhow::Result<Self> {
+        let Transferred { figure, pair, face, base, body, .. } = transferred;
+        let shots = Shots::new(figure, face, base, body);
+        let sizes = Sizes { from: face.size(), to: base.size() };
+        let blends = Blends::new(figure, pair, face, sizes)?;
+        let blended = blends.picture();
+        steps.done("rendering", "before and after, blending onto darker skin".to_owned());
+        Ok(Self { shots, blended, darker: blends.body })
+    }
+}
+
+/// The figure as an avatar: files and pictures.
+struct AnimatedFigure {
+    files: avatar::Files,
+    pictures: avatar::Pictures,
+}
+
+impl AnimatedFigure {
+    fn new(transferred: &Transferred, steps: &mut Steps) -> anyhow::Result<Self> {
+        let files = avatar::Files::new(&transferred.figure, transferred.body.clone())?;
+        steps.done("avatar", files.summary.clone());
+        let pictures = avatar::Pictures::new(&files.glb)?;
+        steps.done("animation", "turntable and stills of the avatar".to_owned());
+        Ok(Self { files, pictures })
+    }
+
+    fn write(self, outputs: Outputs<'_>) -> anyhow::Result<Outputs<'_>> {
+        let Self { files, pictures } = &self;
+        let outputs = outputs
+            .file("avatar.glb", "animated avatar", |path| bytes(path, &files.glb))?
+            .file("avatar.vrm", "the same as VRM", |path| bytes(path, &files.vrm))?
+            .file("wave.npz", "animation as an AMASS recording", |path| {
+                Ok(arrays::save_npz(&files.motion, path)?)
+            })?
+            .file("avatar.png", "stills of the avatar", |path| Ok(pictures.sheet().write(path)?))?
+            .file("turntable.gif", "waving avatar from all sides", |path| {
+                pictures.write_turntable(path)
+            })?;
+        if PAGE.is_none() {
+            return Ok(outputs);
+        }
+        let page = ViewRequest::new(Input::bytes("avatar.glb", &*files.glb)).make()?;
+        outputs
+            .file("avatar.html", "avatar in a viewer for the browser", |path| bytes(path, &page))
+    }
+}
+
+/// An avatar of a photograph.
+struct Selfie {
+    photo: PathBuf,
+    glb: Vec<u8>,
+    sheet: Picture,
+}
+
+impl Selfie {
+    /// `None` without networks that find faces.
+    fn new(
+        args: &Args,
+        transferred: &Transferred,
+        steps: &mut Steps,
+    ) -> anyhow::Result<Option<Self>> {
+        let Transferred { figure, body, .. } = transferred;
+        let photo = selfie::photo(args.photo.as_deref(), figure, body, &args.output)?;
+        let Some(photo) = photo else { return Ok(None) };
+        let (glb, sheet) = selfie::made(&photo)?;
+        steps.done("selfie", "avatar of a photograph".to_owned());
+        Ok(Some(Self { photo, glb, sheet }))
+    }
+
+    fn write(self, outputs: Outputs<'_>) -> anyhow::Result<Outputs<'_>> {
+        let outputs = if self.photo.starts_with(outputs.folder) {
+            // It was written when it was made.
+            outputs.file(selfie::PORTRAIT, "photograph of the figure", |_| Ok(()))?
+        } else {
+            outputs
+        };
+        outputs
+            .file("selfie.glb", "avatar of a photograph", |path| bytes(path, &self.glb))?
+            .file("selfie.png", "the photograph and its avatar", |path| {
+                Ok(self.sheet.write(path)?)
+            })
+    }
 }
 
 /// A file that scripts fetch for tests and demo, whether it is there or not.

@@ -20,9 +20,9 @@ use uvgraft_open_body::skin::{SkinOptions, SkinTone, paint_skin};
 use uvgraft_render::{RenderOptions, Renderer};
 
 use super::avatar::{amass, body, head};
-use super::{fetched, row};
+use super::{Outputs, bytes, fetched, row};
 use crate::failure::{OrBadInput, bad_input};
-use crate::picture::Picture as Sheet;
+use uvgraft_assembly::drawing::Picture as Sheet;
 
 /// Imports the body from the fetched wheel.
 const OPEN: &str = "open";
@@ -70,6 +70,15 @@ impl Files {
         );
         let sheet = sheet(&file.bytes)?;
         Ok(Self { glb: file.bytes, vrm: vrm.bytes, sheet, summary })
+    }
+}
+
+impl Files {
+    pub(super) fn write(self, outputs: Outputs<'_>) -> anyhow::Result<Outputs<'_>> {
+        outputs
+            .file("open_body.glb", "avatar of the open body", |path| bytes(path, &self.glb))?
+            .file("open_body.vrm", "the same as VRM", |path| bytes(path, &self.vrm))?
+            .file("open_body.png", "stills of the open body", |path| Ok(self.sheet.write(path)?))
     }
 }
 

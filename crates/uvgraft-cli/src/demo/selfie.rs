@@ -1,10 +1,10 @@
 //! An avatar of a photograph for the demo.
 
-use std::ffi::OsStr;
 use std::path::{Path, PathBuf};
 
-use clap::Parser;
 use uvgraft::{Averaging, Channels, Depth, Filter, Size, Texture};
+use uvgraft_assembly::drawing::Picture as Sheet;
+use uvgraft_assembly::{AvatarRequest, Body, weights};
 use uvgraft_figure::Figure;
 use uvgraft_gltf::scene::{PoseRequest, Scene};
 use uvgraft_io::image::{self, Image, WriteOptions};
@@ -13,22 +13,12 @@ use uvgraft_render::{RenderOptions, Renderer, View};
 use super::avatar::{body, clip, head};
 use super::views::render;
 use super::{fetched, row};
-use crate::avatar;
-use crate::failure::OrBadInput;
-use crate::picture::Picture as Sheet;
-use crate::weights;
+use crate::failure::{Notes, OrBadInput};
 
 /// File of the figure's photograph.
 pub(super) const PORTRAIT: &str = "photo.png";
 
 const PANEL: Size = Size::new(400, 540);
-
-/// The command that makes an avatar.
-#[derive(Parser)]
-struct Command {
-    #[command(flatten)]
-    args: avatar::Args,
-}
 
 /// The photograph to use; `None` without networks that find faces.
 ///
@@ -61,15 +51,11 @@ pub(super) fn photo(
 
 /// Makes the figure an avatar of a photograph, as `uvgraft avatar --selfie` does, and draws the
 /// photograph beside the avatar from the front, the side and as a whole.
-///
-/// - `output`: the avatar to write.
-pub(super) fn made(photo: &Path, output: &Path) -> anyhow::Result<Sheet> {
-    let words = ["avatar", "--body", "demo", "-o"].map(OsStr::new);
-    let words = words.into_iter().chain([output.as_os_str()]);
-    let words = words.chain([OsStr::new("--selfie"), photo.as_os_str()]);
-    let Command { args } = Command::try_parse_from(words)?;
-    avatar::make(&args)?;
-    let scene = Scene::read(&std::fs::read(output)?)?;
+pub(super) fn made(photo: &Path) -> anyhow::Result<(Vec<u8>, Sheet)> {
+    let mut request = AvatarRequest::new(Body::Figure, "selfie.glb");
+    request.photos = vec![photo.into()];
+    let glb = request.make(&Notes)?.file;
+    let scene = Scene::read(&glb)?;
     let renderer = Renderer::for_scene(&scene);
     let mut panels = vec![fitted(image::read(photo).or_bad_input()?.texture)?];
     let options = RenderOptions { floor: Some(0.0), ..RenderOptions::default() };
@@ -80,7 +66,7 @@ pub(super) fn made(photo: &Path, output: &Path) -> anyhow::Result<Sheet> {
             PoseRequest { clip: Some((clip(&scene, name)?, seconds)), ..PoseRequest::default() };
         panels.push(renderer.render(&scene.pose(&posing)?, &camera, &options, PANEL));
     }
-    Ok(row(&panels, PANEL))
+    Ok((glb, row(&panels, PANEL)))
 }
 
 /// A photograph as large as a panel allows.

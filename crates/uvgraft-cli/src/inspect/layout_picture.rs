@@ -6,8 +6,8 @@ use uvgraft::islands::Islands;
 use uvgraft::mesh_report::{MeshReport, TileFaces};
 use uvgraft::{MapOptions, Mesh, SamplingMap, Size, Texture};
 
-use crate::picture::{Picture, Rgb};
-use crate::preview::{BACKGROUND, CAPTION, MARGIN, PANEL, draw_lines};
+use uvgraft_assembly::drawing::{Picture, Rgb};
+use uvgraft_assembly::pair_picture::{BACKGROUND, CAPTION, MARGIN, PANEL, draw_lines};
 use crate::recognition;
 use crate::report::grouped;
 

@@ -10,8 +10,8 @@ use uvgraft::mesh_report::{MeshReport, OVERLAP_SIDE, Subject, TileFaces, Unit};
 use uvgraft_pipeline::Outputs;
 
 use super::layout_picture;
-use crate::mesh_file::{self, LoadedMesh, MeshFile};
-use crate::picture::check_name;
+use uvgraft_assembly::mesh_file::{self, LoadedMesh, MeshFile};
+use uvgraft_assembly::drawing::check_name;
 use crate::recognition::{self, triangles};
 use crate::report::grouped;
 use crate::terminal;

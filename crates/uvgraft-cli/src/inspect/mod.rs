@@ -10,7 +10,7 @@ use uvgraft_io::pair_file;
 use uvgraft_pipeline::Outputs;
 
 use crate::failure::{OrBadInput, bad_input, warn};
-use crate::picture::check_name;
+use uvgraft_assembly::drawing::check_name;
 use crate::{preview, recognition, report};
 
 /// Print the report of a pair file or of a mesh
@@ -66,7 +66,7 @@ fn inspect_pair(args: &Args, pair: &Path) -> anyhow::Result<ExitCode> {
         .into_iter()
         .for_each(warn);
     if let Some(path) = &args.preview {
-        preview::write(&file, None, path)?;
+        pair_picture::of_pair(&file, None)?.write(path)?;
     }
     Ok(ExitCode::SUCCESS)
 }

@@ -15,8 +15,8 @@ use uvgraft_io::pair_file;
 use uvgraft_pipeline::Outputs;
 
 use crate::failure::{bad_input, warn};
-use crate::mesh_file::{self, MeshFile};
-use crate::picture::check_name;
+use uvgraft_assembly::mesh_file::{self, MeshFile};
+use uvgraft_assembly::drawing::check_name;
 use crate::{preview, recognition, report};
 use outside::{Outside, warn_of_outside};
 
@@ -99,7 +99,7 @@ pub(crate) fn run(args: &Args) -> anyhow::Result<ExitCode> {
         .for_each(warn);
     report::print_linked(&file, &linked.linked, &args.sizes, args.json)?;
     if let Some(path) = &args.preview {
-        preview::write(&file, linked.linked.registered(), path)?;
+        pair_picture::of_pair(&file, linked.linked.registered())?.write(path)?;
     }
     Ok(ExitCode::SUCCESS)
 }

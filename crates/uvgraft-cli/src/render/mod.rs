@@ -1,23 +1,20 @@
 //! `uvgraft render`: images and animations of GLB, VRM and glTF files.
 
-mod camera;
 mod options;
 mod output;
 
 use std::path::PathBuf;
 use std::process::ExitCode;
 
-use anyhow::Context;
-use uvgraft::Size;
-use uvgraft_gltf::scene::{PoseRequest, PosedPrimitive, Scene};
-use uvgraft_render::{Background, RenderOptions, Renderer};
+use uvgraft::{Choice, Size};
+use uvgraft_assembly::RenderRequest;
+use uvgraft_assembly::render::{Aim, PoseOption, Shot};
+use uvgraft_render::Background;
 
-pub(crate) use self::camera::Aim;
-use self::camera::{Cameras, Shot};
+use self::options::Weight;
 pub(crate) use self::options::aim;
-use self::options::{PoseOption, Weight};
 use self::output::Output;
-use crate::failure::{OrBadInput, bad_input};
+use crate::choice::choice;
 use crate::heading;
 use crate::report::parse_size;
 use crate::terminal;
@@ -39,8 +36,8 @@ pub(crate) struct Args {
     #[arg(help_heading = heading::FILES)]
     size: Size,
     /// Framing of the model
-    #[arg(long, value_enum, value_name = "SHOT", default_value_t = Shot::Body)]
-    #[arg(help_heading = heading::CAMERA)]
+    #[arg(long, value_name = "SHOT", value_parser = choice::<Shot>())]
+    #[arg(default_value = Shot::Body.name(), help_heading = heading::CAMERA)]
     camera: Shot,
     /// Frame a bone, a node or a box instead
     ///
@@ -110,136 +107,39 @@ pub(crate) struct Args {
     no_floor: bool,
 }
 
-/// Longest side in pixels.
-const MAX_SIDE: u32 = 4096;
-
 pub(crate) fn run(args: &Args) -> anyhow::Result<ExitCode> {
-    if args.size.width.max(args.size.height) > MAX_SIDE {
-        let found = args.size;
-        return Err(bad_input(format!(
-            "--size must be at most {MAX_SIDE} pixels a side, got {found}"
-        )));
-    }
-    let scene = Scene::load(&args.input).or_bad_input()?;
-    let name = args.input.display();
-    if scene.triangles() == 0 {
-        return Err(bad_input(format!("{name}: no triangles to draw")));
-    }
-    let frames = frames(args, &scene).with_context(|| name.to_string()).or_bad_input()?;
-    let fps = args.fps.unwrap_or(if args.motion { 25.0 } else { 12.0 });
-    let moving = (args.motion || args.turntable.is_some()).then_some(fps);
-    let background = args.background.unwrap_or(if args.unlit {
-        Background::Plain([255; 3])
-    } else {
-        Background::Studio
-    });
-    let transparent = background == Background::Transparent;
-    let output =
-        Output::new(&args.output, &args.input, frames.len(), args.size, transparent, moving)?;
-
-    let pose = |frame: &Frame| scene.pose(&frame.posing).with_context(|| name.to_string());
-    let aim = args.look_at.clone().unwrap_or(Aim::Shot(args.camera));
-    let shows_floor = aim.shows_floor();
-    let mut cameras = Cameras::new(aim);
-    for frame in &frames {
-        let drawn = pose(frame).or_bad_input()?;
-        cameras
-            .look_at(&scene, &frame.posing, &drawn)
-            .with_context(|| name.to_string())
-            .or_bad_input()?;
-    }
-    let angles: Vec<f32> = frames.iter().map(|frame| frame.azimuth).collect();
-    let Some(views) = cameras.views(&angles, args.elevation, args.fov, args.size, args.zoom) else {
-        return Err(bad_input(format!("{name}: no triangle has a finite position in this pose")));
-    };
-    // A GIF has no partial transparency for the soft edges of shadows.
-    let has_floor = !args.no_floor && shows_floor && !(transparent && output.is_gif());
-    let floor = has_floor.then_some(cameras.lowest());
-    let options = RenderOptions { lit: !args.unlit, background, floor, ..RenderOptions::default() };
-    let renderer = Renderer::for_scene(&scene);
-    output.write(frames.len(), |index| {
-        let drawn: Vec<PosedPrimitive> = pose(&frames[index])?;
-        Ok(renderer.render(&drawn, &views[index], &options, args.size))
-    })?;
+    let request = args.request();
+    let rendering = request.open()?;
+    let output = Output::new(&args.output, &request, rendering.frames())?;
+    output.write(&rendering)?;
     if args.print_camera {
-        terminal::print(&format!("{}\n", serde_json::to_string(&views[0])?))?;
+        terminal::print(&format!("{}\n", serde_json::to_string(rendering.camera(0))?))?;
     }
     Ok(ExitCode::SUCCESS)
 }
 
-/// A frame to draw.
-struct Frame {
-    posing: PoseRequest,
-    azimuth: f32,
-}
-
-/// All frames; one for a still image.
-fn frames(args: &Args, scene: &Scene) -> anyhow::Result<Vec<Frame>> {
-    let mut posing = PoseRequest::default();
-    for part in &args.pose {
-        match part {
-            PoseOption::NamedPose(stance) => posing.stance = *stance,
-            PoseOption::Bone(bone, degrees) => posing.rotations.push((bone.clone(), *degrees)),
-        }
-    }
-    posing.weights = args.expression.iter().map(|Weight(name, w)| (name.clone(), *w)).collect();
-    let clip = clip(args, scene)?;
-    if let (Some(clip), Some(frame)) = (clip, args.frame) {
-        let uvgraft_gltf::scene::Clip { name, seconds, .. } = &scene.clips()[clip];
-        // A little more than the end is the end, as printed with one place.
-        if frame > seconds + 0.05 {
-            anyhow::bail!(
-                "--frame must be within the clip {name:?}, which is {seconds:.2} s long, got \
-                 {frame}"
-            );
-        }
-    }
-    posing.clip = clip.map(|clip| (clip, args.frame.unwrap_or(0.0)));
-    let mut count = usize::from(args.turntable.unwrap_or(1));
-    let fps = args.fps.unwrap_or(25.0);
-    if args.motion {
-        let seconds = clip.map_or(0.0, |clip| scene.clips()[clip].seconds);
-        // The last frame would repeat the first.
-        let wanted = (seconds * fps).round().max(1.0);
-        if wanted > output::MAX_FRAMES as f32 {
-            let max = output::MAX_FRAMES;
-            anyhow::bail!(
-                "{seconds} s at {fps} frames per second must be at most {max} frames, got \
-                 {wanted}; use a lower --fps"
-            );
-        }
-        count = wanted as usize;
-    }
-    let turn = if args.turntable.is_some() { 360.0 / count as f32 } else { 0.0 };
-    let frame = |index: usize| {
-        let mut posing = posing.clone();
-        if let (true, Some((_, seconds))) = (args.motion, &mut posing.clip) {
-            *seconds = index as f32 / fps;
-        }
-        Frame { posing, azimuth: args.azimuth + turn * index as f32 }
-    };
-    Ok((0..count).map(frame).collect())
-}
-
-/// The requested animation clip, if any.
-fn clip(args: &Args, scene: &Scene) -> anyhow::Result<Option<usize>> {
-    let clips = scene.clips();
-    let Some(name) = &args.clip else {
-        if clips.is_empty() && (args.motion || args.frame.is_some()) {
-            anyhow::bail!("the file has no animations");
-        }
-        return Ok((args.motion || args.frame.is_some()).then_some(0));
-    };
-    let by_name = clips.iter().position(|clip| clip.name == *name);
-    let by_number = || name.parse().ok().filter(|&index: &usize| index < clips.len());
-    match by_name.or_else(by_number) {
-        Some(clip) => Ok(Some(clip)),
-        None if clips.is_empty() => anyhow::bail!("no clip {name:?}: the file has no animations"),
-        None => {
-            let numbered = clips.iter().enumerate();
-            let known: Vec<String> =
-                numbered.take(40).map(|(index, clip)| format!("{index} ({})", clip.name)).collect();
-            anyhow::bail!("no clip {name:?}; must be one of {}", known.join(", "))
-        }
+impl Args {
+    /// The pictures that the options describe.
+    fn request(&self) -> RenderRequest {
+        let mut request = RenderRequest::new(&self.input);
+        request.size = self.size;
+        request.aim = self.look_at.clone().unwrap_or(Aim::Shot(self.camera));
+        request.azimuth = self.azimuth;
+        request.elevation = self.elevation;
+        request.fov = self.fov;
+        request.zoom = self.zoom;
+        request.pose.clone_from(&self.pose);
+        request.expressions =
+            self.expression.iter().map(|Weight(name, weight)| (name.clone(), *weight)).collect();
+        request.clip.clone_from(&self.clip);
+        request.frame = self.frame;
+        request.motion = self.motion;
+        request.turntable = self.turntable;
+        request.fps = self.fps;
+        request.background = self.background;
+        request.unlit = self.unlit;
+        request.floor = !self.no_floor;
+        request.hard_edges = output::is_gif(&self.output);
+        request
     }
 }

@@ -1,17 +1,8 @@
 //! Parsers of option values.
 
+use uvgraft_assembly::render::{Aim, PoseOption};
 use uvgraft_gltf::scene::NamedPose;
-use uvgraft_render::{Background, Bounds};
-
-use super::camera::Aim;
-
-/// A pose option.
-#[derive(Debug, Clone, PartialEq)]
-pub(super) enum PoseOption {
-    NamedPose(NamedPose),
-    /// A bone and its rotation in degrees.
-    Bone(String, [f32; 3]),
-}
+use uvgraft_render::Background;
 
 /// An expression and its weight.
 #[derive(Debug, Clone, PartialEq)]
@@ -25,7 +16,7 @@ pub(super) fn pose(text: &str) -> Result<PoseOption, String> {
         let angles = <[f32; 3]>::try_from(angles).map_err(|_| wanted())?;
         return Ok(PoseOption::Bone(bone.trim().to_owned(), angles));
     }
-    NamedPose::named(text).map(PoseOption::NamedPose).ok_or_else(|| {
+    NamedPose::named(text).map(PoseOption::Named).ok_or_else(|| {
         let names = NamedPose::ALL.map(NamedPose::name).join(", ");
         format!("must be one of {names}, or BONE=X,Y,Z in degrees")
     })
@@ -45,11 +36,7 @@ pub(crate) fn aim(text: &str) -> Result<Aim, String> {
     let Ok([x0, y0, z0, x1, y1, z1]) = <[f32; 6]>::try_from(numbers) else {
         return Err(format!("must be six numbers, X0,Y0,Z0,X1,Y1,Z1 in metres, got {text:?}"));
     };
-    let (a, b) = ([x0, y0, z0], [x1, y1, z1]);
-    Ok(Aim::Box(Bounds {
-        low: [0, 1, 2].map(|k| a[k].min(b[k])),
-        high: [0, 1, 2].map(|k| a[k].max(b[k])),
-    }))
+    Ok(Aim::between([x0, y0, z0, x1, y1, z1]))
 }
 
 pub(super) fn weight(text: &str) -> Result<Weight, String> {
@@ -117,7 +104,7 @@ mod tests {
 
     #[test]
     fn options_are_taken_apart() {
-        assert_eq!(pose("T-Pose"), Ok(PoseOption::NamedPose(NamedPose::TPose)));
+        assert_eq!(pose("T-Pose"), Ok(PoseOption::Named(NamedPose::TPose)));
         assert_eq!(pose("head=1,-2,.5"), Ok(PoseOption::Bone("head".into(), [1.0, -2.0, 0.5])));
         assert_eq!(weight("a=b=0.5"), Ok(Weight("a=b".into(), 0.5)));
         assert_eq!(weight("blink"), Ok(Weight("blink".into(), 1.0)));

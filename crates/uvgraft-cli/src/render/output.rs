@@ -3,17 +3,17 @@
 use std::path::{Path, PathBuf};
 
 use anyhow::Context;
-use uvgraft::{Size, Texture};
+use uvgraft::Texture;
+use uvgraft_assembly::RenderRequest;
+use uvgraft_assembly::render::Rendering;
 use uvgraft_io::image::animation::{AnimationError, write_gif, write_webp};
 use uvgraft_io::image::{self, Format, Image, WriteOptions};
 use uvgraft_io::output::write_atomically;
 use uvgraft_pipeline::Outputs;
+use uvgraft_render::Background;
 
 use crate::failure::bad_input;
 use crate::progress;
-
-/// Maximum number of frames.
-pub(super) const MAX_FRAMES: usize = 3600;
 
 /// Memory limit for frames that are held together.
 const MAX_BYTES: usize = 1 << 30;
@@ -34,19 +34,13 @@ enum OutputFormat {
 }
 
 impl Output {
-    /// - `moving`: frame rate of an animation.
-    pub(super) fn new(
-        path: &Path,
-        input: &Path,
-        frames: usize,
-        size: Size,
-        transparent: bool,
-        moving: Option<f32>,
-    ) -> anyhow::Result<Self> {
-        let name = path.display();
-        let extension = path.extension().and_then(|extension| extension.to_str());
-        let is_gif = extension.is_some_and(|extension| extension.eq_ignore_ascii_case("gif"));
+    /// - `frames`: number of pictures.
+    pub(super) fn new(path: &Path, request: &RenderRequest, frames: usize) -> anyhow::Result<Self> {
+        let (name, size) = (path.display(), request.size);
+        let is_gif = is_gif(path);
         let format = Format::from_path(path);
+        let transparent = request.background() == Background::Transparent;
+        let moving = request.rate();
         const MAX_GIF_FPS: f32 = 50.0;
         let kind = match (moving, format) {
             (Some(fps), None) if is_gif && fps > MAX_GIF_FPS => {
@@ -83,37 +77,24 @@ impl Output {
             }
             _ => vec![path.to_path_buf()],
         };
-        let mut outputs = Outputs::new([input]);
+        let mut outputs = Outputs::new(request.avatar.path());
         for path in &paths {
             outputs.check(path)?;
         }
         Ok(Self { paths, kind })
     }
 
-    /// Whether it is a GIF, which has no partial transparency.
-    pub(super) fn is_gif(&self) -> bool {
-        matches!(self.kind, OutputFormat::Gif(_))
-    }
-
     /// Draws all frames and writes them.
-    pub(super) fn write(
-        &self,
-        frames: usize,
-        draw: impl Fn(usize) -> anyhow::Result<Texture>,
-    ) -> anyhow::Result<()> {
-        let bar = progress::bar(frames as u64, "{bar:32} {pos}/{len} {eta:>4}");
-        let draw = |frame: usize| {
-            let texture = draw(frame)?;
-            bar.inc(1);
-            Ok::<_, anyhow::Error>(texture)
-        };
+    pub(super) fn write(&self, rendering: &Rendering) -> anyhow::Result<()> {
+        let bar = progress::bar(rendering.frames() as u64, "{bar:32} {pos}/{len} {eta:>4}");
+        let pictures = rendering.pictures().inspect(|_| bar.inc(1));
         if self.kind == OutputFormat::Images {
-            for (frame, path) in self.paths.iter().enumerate() {
+            for (picture, path) in pictures.zip(&self.paths) {
                 let options = WriteOptions::default().compress(true);
-                let _ = image::write(&Image::from(draw(frame)?), path, &options)?;
+                let _ = image::write(&Image::from(picture?), path, &options)?;
             }
         } else {
-            let frames = (0..frames).map(draw).collect::<anyhow::Result<Vec<Texture>>>()?;
+            let frames = pictures.collect::<Result<Vec<Texture>, _>>()?;
             let path = &self.paths[0];
             write_atomically::<AnimationError>(path, |out| match self.kind {
                 OutputFormat::Gif(fps) => write_gif(&frames, fps, out),
@@ -125,6 +106,11 @@ impl Output {
         bar.finish_and_clear();
         Ok(())
     }
+}
+
+/// Whether a file is a GIF, which has no partial opacity, by its extension.
+pub(super) fn is_gif(path: &Path) -> bool {
+    path.extension().is_some_and(|extension| extension.eq_ignore_ascii_case("gif"))
 }
 
 /// `me_007.png` for the eighth frame of `me.png`.

@@ -3,7 +3,7 @@
 use uvgraft::{Encoding, Texture, color};
 use uvgraft_metrics::seams::SeamEdge;
 
-use crate::picture::Rgb;
+use uvgraft_assembly::drawing::Rgb;
 
 /// Steps above this have the last colour of their scale, which is the same in all pictures to make
 /// them comparable.

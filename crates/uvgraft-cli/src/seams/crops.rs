@@ -6,8 +6,8 @@ use uvgraft_metrics::seams::{SeamEdge, Step, Unfolded};
 
 use super::colors::{BEHIND, shown};
 use super::report::texel;
-use crate::canvas::Pen;
-use crate::picture::{Picture, Rgb};
+use uvgraft_assembly::drawing::Pen;
+use uvgraft_assembly::drawing::{Picture, Rgb};
 
 /// Side of a crop, in pixels.
 pub(super) const CROP: u32 = 156;

@@ -7,7 +7,7 @@ use uvgraft_metrics::seams::{SkinColors, ToneMatch};
 use super::colors::{UNKNOWN, shown};
 use super::style::{TEXT, TITLE};
 use super::tone;
-use crate::picture::{Picture, Rgb};
+use uvgraft_assembly::drawing::{Picture, Rgb};
 
 /// Maximum height of a panel in pixels.
 const TALLEST: u32 = 680;

@@ -23,7 +23,7 @@ use uvgraft_pipeline::{Length, Outputs, Unit};
 use crate::failure::{Notes, OrBadInput};
 use crate::heading;
 use crate::number::whole_number;
-use crate::picture::check_name;
+use uvgraft_assembly::drawing::check_name;
 use crate::region::RegionArgs;
 use face::Face;
 

@@ -9,8 +9,8 @@ use super::crops::{CROP, EdgeCrop};
 use super::face::Face;
 use super::report::{Subject, kind, worst};
 use super::style::{TEXT, TITLE};
-use crate::canvas::Pen;
-use crate::picture::{Picture, Rgb};
+use uvgraft_assembly::drawing::Pen;
+use uvgraft_assembly::drawing::{Picture, Rgb};
 use crate::report::grouped;
 
 /// Longer side of the layout in pixels.

@@ -1,35 +1,27 @@
 //! `uvgraft selfie`: the texture and the shape of a head from photographs.
 
-mod cameras;
-mod frames;
-mod made;
-mod networks;
 mod options;
-mod photo;
-mod sheet;
-mod summary;
-mod tracked;
-mod window;
 
+use std::fmt::Write as _;
+use std::io::{self, Write as _};
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
 use anyhow::Context;
-use uvgraft::{Mesh, Size, Texture};
-use uvgraft_figure::Figure;
+use uvgraft::{Size, Texture};
+use uvgraft_assembly::drawing::{self, check_name};
+use uvgraft_assembly::selfie::Head;
+use uvgraft_assembly::{Input, SelfieRequest};
 use uvgraft_io::image::{self, WriteOptions};
 use uvgraft_io::obj;
+use uvgraft_io::output::write_atomically;
 use uvgraft_pipeline::Outputs;
 
-use crate::failure::{bad_input, warn};
+pub(crate) use self::options::PhotoArgs;
+use crate::failure::{Notes, bad_input, warn};
 use crate::heading;
-use crate::mesh_file::{self, MeshFile};
-use crate::picture::check_name;
 use crate::report::parse_size;
 use crate::terminal;
-pub(crate) use frames::Frames;
-pub(crate) use made::{GivenHead, Selfie};
-pub(crate) use options::PhotoArgs;
 
 /// Make a head texture from photographs of a face
 ///
@@ -77,43 +69,55 @@ pub(crate) struct Args {
     photographs: PhotoArgs,
 }
 
-/// Largest number of texels of a texture: each needs some 150 bytes while it is made.
-const MOST_TEXELS: usize = 4096 * 4096;
-
 pub(crate) fn run(args: &Args) -> anyhow::Result<ExitCode> {
-    let frames = args.check()?;
-    let (mesh, name) = read_head(&args.head)?;
-    let flame = tracked::flame(&args.head);
-    let head = GivenHead { mesh, name: &name, flame: flame.as_ref() };
-    let selfie = Selfie::new(head, &frames, &args.photographs, args.size)?;
-    let mut text = selfie.text(&name);
-    save(&selfie.made.texture, &args.output)?;
-    text += &summary::output("texture", &args.output);
+    let request = args.request();
+    args.check(&request)?;
+    let made = request.make(&Notes)?;
+    let mut text = made.figures().to_string();
+    let mut wrote = |what: &str, path: &Path| {
+        let _ = writeln!(text, "{what:<14} {}", terminal::path(path));
+    };
+    save(made.texture(), &args.output)?;
+    wrote("texture", &args.output);
     if let Some(path) = &args.known {
-        save(&selfie.made.known, path)?;
-        text += &summary::output("known texels", path);
+        save(made.known(), path)?;
+        wrote("known texels", path);
     }
+    let cannot = |path: &Path| format!("cannot write {}", path.display());
     if let Some(path) = &args.mesh {
-        obj::save(&selfie.shaped_mesh()?, path)
-            .with_context(|| format!("cannot write {}", path.display()))?;
-        text += &summary::output("shape", path);
+        obj::save(&made.shaped_mesh()?, path).with_context(|| cannot(path))?;
+        wrote("shape", path);
     }
     if let Some(path) = &args.cameras {
-        cameras::write(&selfie, path)?;
-        text += &summary::output("cameras", path);
+        let json = made.cameras_json()?;
+        write_atomically::<io::Error>(path, |out| out.write_all(json.as_bytes()))
+            .with_context(|| cannot(path))?;
+        wrote("cameras", path);
     }
     if let Some(path) = &args.sheet {
-        sheet::write(&selfie, path)?;
-        text += &summary::output("contact sheet", path);
+        drawing::write(made.sheet()?, path)?;
+        wrote("contact sheet", path);
     }
-    selfie.warn();
+    made.warn(&Notes);
     terminal::print(&text)?;
     Ok(ExitCode::SUCCESS)
 }
 
 impl Args {
+    /// The selfie that the options describe.
+    fn request(&self) -> SelfieRequest {
+        let head = match &*self.head {
+            demo if demo == Path::new("demo") => Head::Figure,
+            file => Head::File(file.into()),
+        };
+        let mut request = SelfieRequest::new(head, &self.photos);
+        request.size = self.size;
+        request.photo_options = self.photographs.options();
+        request
+    }
+
     /// Rejects inputs that are missing and outputs that cannot be written.
-    fn check(&self) -> anyhow::Result<Frames> {
+    fn check(&self, request: &SelfieRequest) -> anyhow::Result<()> {
         check_name(&self.output, "a texture")?;
         for (path, what) in [(&self.known, "a mask"), (&self.sheet, "a contact sheet")] {
             path.iter().try_for_each(|path| check_name(path, what))?;
@@ -128,29 +132,15 @@ impl Args {
                 )));
             }
         }
-        if self.size.texels() > MOST_TEXELS {
-            let found = self.size;
-            return Err(bad_input(format!("--size must be at most 4096×4096 texels, got {found}")));
-        }
-        let frames = Frames::new(&self.photos, &self.photographs)?;
-        let head = MeshFile::parse(&self.head).path;
-        frames.check()?;
-        let mut outputs = Outputs::new(frames.files().chain([&*head]));
+        request.check()?;
+        let inputs = request.inputs()?;
+        let mut outputs = Outputs::new(inputs.iter().filter_map(Input::path));
         let optional = [&self.known, &self.mesh, &self.cameras, &self.sheet];
         for path in [&self.output].into_iter().chain(optional.into_iter().flatten()) {
             outputs.check(path)?;
         }
-        Ok(frames)
+        Ok(())
     }
-}
-
-/// The mesh, and what to call it.
-fn read_head(path: &Path) -> anyhow::Result<(Mesh, String)> {
-    if path == Path::new("demo") {
-        return Ok((Figure::new().head, "the demo's figure".to_owned()));
-    }
-    let loaded = mesh_file::read(path)?;
-    Ok((loaded.mesh, loaded.name))
 }
 
 fn save(texture: &Texture, path: &Path) -> anyhow::Result<()> {

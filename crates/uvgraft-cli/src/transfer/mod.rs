@@ -9,6 +9,8 @@ use std::process::ExitCode;
 use uvgraft::{
     Averaging, Direction, FitOptions, MapOptions, NormalOptions, NormalY, Overlap, Size,
 };
+use uvgraft_assembly::drawing::check_name;
+use uvgraft_assembly::pair_picture;
 use uvgraft_io::image::{Format, WriteOptions};
 use uvgraft_pipeline::{
     BaseSource, Correspondence, Existing, Inputs, MaterialMap, Role, Shard, TextureList, Transfer,
@@ -20,9 +22,7 @@ use crate::failure::{bad_input, exit_code_of};
 use crate::filters::FilterName;
 use crate::heading;
 use crate::number::whole_number;
-use crate::picture::check_name;
 use crate::preference::PreferName;
-use crate::preview;
 use crate::region::RegionArgs;
 use crate::report::parse_size;
 use crate::role_file::{NormalYName, RoleFile};
@@ -252,7 +252,7 @@ pub(crate) fn run(args: &Args) -> anyhow::Result<ExitCode> {
     if let (Some(path), Some(blend), Some(file)) = (&args.blending.preview, &done.blend, &done.pair)
         && (done.written > 0 || done.failures.is_empty())
     {
-        preview::write_region(file, blend, path)?;
+        pair_picture::of_region(file, blend)?.write(path)?;
     }
     Ok(done.worst().map_or(ExitCode::SUCCESS, exit_code_of))
 }
@@ -260,7 +260,7 @@ pub(crate) fn run(args: &Args) -> anyhow::Result<ExitCode> {
 impl Args {
     /// The transfer that the options describe, if none of them conflict.
     pub(crate) fn checked_transfer(&self) -> anyhow::Result<Transfer> {
-        self.blending.check()?;
+        self.blending.settings().check()?;
         self.transfer()
     }
 
@@ -279,7 +279,7 @@ impl Args {
         transfer.normals = NormalOptions::new(normal_y, normal_y_out);
         transfer.fit = self.fit.then(|| FitOptions::default().max_steps(self.fit_steps));
         transfer.region = self.region.region();
-        transfer.blending = self.blending.blending_if_any(&self.region, self.gutter);
+        transfer.blending = self.blending.blending_if_any(&transfer.region, self.gutter);
         transfer.source_mask.clone_from(&self.blending.source_mask);
         transfer.fill.clone_from(&self.blending.fill);
         transfer.format.clone_from(&self.format);

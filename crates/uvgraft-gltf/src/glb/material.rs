@@ -15,6 +15,12 @@ pub enum ShadingModel {
     Unlit,
 }
 
+uvgraft::choices!(ShadingModel {
+    Pbr => "pbr", "Physically based, supported everywhere";
+    MToon => "mtoon", "Toon shading (MToon 1.0, .vrm only); readers without support use pbr";
+    Unlit => "unlit", "No lighting, for textures with baked light";
+});
+
 /// A material. Each one costs a draw call, and platforms rank avatars by their number.
 #[derive(Debug, Clone)]
 pub struct AvatarMaterial {

@@ -16,6 +16,13 @@ pub enum PictureFormat {
     Ktx2,
 }
 
+uvgraft::choices!(PictureFormat {
+    Png => "png", "Lossless, supported everywhere";
+    Jpeg => "jpeg", "Lossy and small, supported everywhere";
+    WebP => "webp", "Lossless and smaller than PNG, supported by browsers and Blender";
+    Ktx2 => "ktx2", "Stays compressed on the GPU; needs a build with the feature `ktx2`";
+});
+
 impl PictureFormat {
     /// The media type.
     pub const fn mime_type(self) -> &'static str {

@@ -21,6 +21,12 @@ pub enum Prefer {
     Right,
 }
 
+crate::choices!(Prefer {
+    First => "first", "The island whose faces come first in the mesh";
+    Left => "left", "The island on the person's left (largest x)";
+    Right => "right", "The island on the person's right (smallest x)";
+});
+
 /// The islands of a layout and their ranks, which decide who owns shared texels.
 pub(crate) struct Precedence {
     islands: Islands,

@@ -11,6 +11,11 @@ pub enum NormalY {
     DirectX,
 }
 
+crate::choices!(NormalY {
+    OpenGl => "opengl", "Y up, as in OpenGL, glTF, Unity and Blender";
+    DirectX => "directx", "Y down, as in DirectX and Unreal";
+});
+
 /// The conventions of the source and target normal maps.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Hash)]
 #[non_exhaustive]

@@ -19,6 +19,12 @@ pub enum GroundMode {
     Feet,
 }
 
+uvgraft::choices!(GroundMode {
+    Keep => "keep", "Keep translations as recorded";
+    Clip => "clip", "Put y = 0 at the ground of the recording, found from the recorded person's feet";
+    Feet => "feet", "Put y = 0 at the ground found from the avatar's own feet";
+});
+
 /// The performer of a motion.
 #[derive(Debug, Clone, Copy)]
 pub struct Performer<'a> {

@@ -1,0 +1,84 @@
+//! An animated full-body avatar, from the texture of a head or from photographs.
+//!
+//! [`AvatarRequest::make`] goes through these steps:
+//!
+//! 1. [`plan`]: the request is checked before any large file is read.
+//! 2. [`ingredients`]: the pair, the rigged body with its animations, and what photographs show.
+//! 3. [`dress`]: the face on the body's texture, while the body gets its shape and a mouth is fitted.
+//! 4. [`assembled`]: eyes, mouth, the head's own layout and other maps.
+//! 5. [`finish`]: fewer triangles, levels of detail, and the files.
+
+mod assembled;
+mod betas;
+mod body;
+mod carried;
+mod dress;
+mod expressions;
+mod face;
+mod features;
+mod finish;
+mod ingredients;
+mod layout;
+mod levels;
+mod likeness;
+mod map_transfer;
+mod maps;
+mod materials;
+mod metadata;
+mod motions;
+mod pair;
+mod plan;
+mod request;
+mod summary;
+mod thumbnail;
+
+use uvgraft::Texture;
+use uvgraft_pipeline::{Observer, Result};
+
+pub use self::betas::Betas;
+pub use self::materials::MapRole;
+pub use self::plan::level_file;
+pub use self::request::{
+    AvatarRequest, Body, EyeStyle, LevelOptions, LevelStorage, MaterialOptions, Metadata,
+    MotionOptions, MouthStyle, TextureLayout, TextureOptions,
+};
+use self::assembled::Assembled;
+use self::ingredients::Ingredients;
+use self::plan::Plan;
+use crate::notify::Notify;
+use crate::report::Report;
+
+/// An avatar: files in memory, and what there is to say about it.
+#[derive(Debug, Clone, PartialEq)]
+#[non_exhaustive]
+pub struct MadeAvatar {
+    /// The GLB or VRM file.
+    pub file: Vec<u8>,
+    /// Files of coarser levels of detail; see [`level_file`] for their names.
+    pub levels: Vec<Vec<u8>>,
+    /// The region and its weights on both layouts, if [`AvatarRequest::preview`] asks for it.
+    pub preview: Option<Texture>,
+    /// The detected labels of the face, if the blending asks for them.
+    pub labels: Option<Texture>,
+    /// Its figures.
+    pub report: Report,
+}
+
+impl AvatarRequest {
+    /// Makes the avatar.
+    ///
+    /// - `observer`: receives notes and warnings, which name the file that they are about. It may cancel
+    ///   the work between its steps, none of which takes more than some seconds.
+    ///
+    /// # Errors
+    /// As bad input for options that contradict each other, for files that cannot be read or do not go
+    /// together, and for a body that the format cannot hold.
+    pub fn make(&self, observer: &dyn Observer) -> Result<MadeAvatar> {
+        let plan = Plan::new(self)?;
+        let ingredients = Ingredients::gather(self, &plan, observer)?;
+        observer.proceed()?;
+        let assembled = Assembled::new(self, &plan, ingredients, observer)?;
+        observer.proceed()?;
+        assembled.finish(self, plan, observer)
+    }
+}

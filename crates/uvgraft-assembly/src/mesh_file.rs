@@ -1,0 +1,397 @@
+//! Meshes in files of any supported format, with a selector for a part of one.
+
+use std::fs::File;
+use std::io::{self, Read};
+use std::path::Path;
+use std::sync::Arc;
+
+use uvgraft::Mesh;
+use uvgraft::mesh::MeshPart;
+use uvgraft_gltf::scene::{MeshChoice, SceneMeshError, load_mesh, read_mesh};
+use uvgraft_io::input::{Input, ReadError};
+use uvgraft_io::obj::ObjError;
+use uvgraft_io::{arrays, model_mesh, obj, ply};
+use uvgraft_pipeline::{Blame, Failure, Result};
+
+/// Number of names listed in a message, and of characters shown of each.
+const MAX_LISTED: usize = 40;
+
+/// Selects the head of a body model.
+const HEAD: &str = "head";
+
+/// A mesh, and what to call it.
+#[derive(Debug)]
+pub struct LoadedMesh {
+    /// All of the file, or the selected part.
+    pub mesh: Mesh,
+    /// Name of the file without its folder, with the selector.
+    pub name: String,
+}
+
+/// A file and a part of it, written `FILE`, `FILE#SET`, `FILE#NAME` or `FILE#NAME/SET`.
+#[derive(Debug, PartialEq)]
+pub struct MeshFile {
+    /// The file.
+    pub file: Input,
+    /// What follows the `#`; not empty.
+    selector: Option<String>,
+}
+
+impl MeshFile {
+    /// Splits a file from its selector. Names of files may contain `#`: the longest prefix that is
+    /// a file counts. Without one, all is the path, so that errors name what was given. Bytes are
+    /// followed by what is behind the last `#` of their name.
+    pub fn parse(given: &Input) -> Self {
+        let whole = || Self { file: given.clone(), selector: None };
+        let (path, is_path) = (given.name(), given.path().is_some());
+        let is_file = |path: &Path| match is_path {
+            true => path.metadata().is_ok_and(|found| !found.is_dir()),
+            false => true,
+        };
+        // Selectors are text.
+        let is_whole = is_path && is_file(path);
+        let Some(text) = path.to_str().filter(|_| !is_whole) else { return whole() };
+        let mut splits = text.rmatch_indices('#').map(|(at, _)| (&text[..at], &text[at + 1..]));
+        splits.find(|(path, _)| is_file(Path::new(path))).map_or_else(whole, |(path, selector)| {
+            let selector = Some(selector.to_owned()).filter(|selector| !selector.is_empty());
+            let file = match given {
+                Input::File(_) => path.into(),
+                Input::Bytes { bytes, .. } => Input::bytes(path, Arc::clone(bytes)),
+            };
+            Self { file, selector }
+        })
+    }
+
+    /// The name of the file without its folder, with the selector.
+    fn name(&self) -> String {
+        let path = self.file.name();
+        let file = path.file_name().unwrap_or(path.as_os_str()).to_string_lossy();
+        match &self.selector {
+            Some(selector) => format!("{file}#{selector}"),
+            None => file.into_owned(),
+        }
+    }
+
+    /// Whether the head of a body model is selected, in its own layout.
+    fn is_head(&self) -> bool {
+        self.selector.as_deref() == Some(HEAD)
+    }
+
+    /// The selector as a name and a UV set: digits alone, or after the last slash, are a set.
+    fn choice(&self) -> MeshChoice {
+        let set = |text: &str| {
+            text.parse().ok().filter(|_| text.bytes().all(|byte| byte.is_ascii_digit()))
+        };
+        let Some(selector) = self.selector.as_deref() else { return MeshChoice::default() };
+        if let Some(uv_set) = set(selector) {
+            return MeshChoice { name: None, uv_set };
+        }
+        if let Some((name, last)) = selector.rsplit_once('/')
+            && let Some(uv_set) = set(last)
+        {
+            return MeshChoice { name: Some(name.to_owned()), uv_set };
+        }
+        MeshChoice { name: Some(selector.to_owned()), uv_set: 0 }
+    }
+}
+
+/// The file of a mesh, without the selector of a part.
+pub(crate) fn file_of(given: &Input) -> Input {
+    MeshFile::parse(given).file
+}
+
+/// Reads a mesh whose format is detected from its content: OBJ, PLY, GLB (or VRM), glTF with its
+/// external buffers, or a body model with UV coordinates (NPZ, pickle).
+///
+/// - `given`: a file, optionally with a selector: `FILE#SET`, `FILE#NAME` or `FILE#NAME/SET`.
+///
+/// # Errors
+/// For files that cannot be read, and for selectors of what does not exist, as bad input.
+pub fn read(given: impl Into<Input>) -> Result<LoadedMesh> {
+    let file = MeshFile::parse(&given.into());
+    Ok(LoadedMesh { mesh: load(&file)?, name: file.name() })
+}
+
+fn load(file: &MeshFile) -> Result<Mesh> {
+    let Some(path) = file.file.path() else { return from_bytes(file) };
+    let named = |reason: io::Error| Failure::input(format!("{}: {reason}", path.display()));
+    let kind = path.metadata().map_err(named)?;
+    if !kind.is_file() && !kind.is_dir() {
+        return from_bytes(file);
+    }
+    // A folder is refused where files are read.
+    let format = if kind.is_dir() { Format::Obj } else { Format::of(path).map_err(named)? };
+    match format {
+        Format::Gltf => load_mesh(path, &file.choice())
+            .map_err(|error| told(error, |reason| with_hint(reason, file))),
+        Format::Ply => part(ply::read(path).or_input()?, file),
+        Format::Model if file.is_head() => model_mesh::read_head(path).or_input(),
+        Format::Model => part(model_mesh::read(path).or_input()?, file),
+        Format::Obj => part(obj::read(path).map_err(|error| told(error, foreign))?, file),
+    }
+}
+
+/// An error of reading, with other words for that of the content.
+fn told<E: std::error::Error>(error: ReadError<E>, words: impl Fn(&E) -> String) -> Failure {
+    match error {
+        ReadError::Content { path, reason } => {
+            Failure::input(format!("{}: {}", path.display(), words(&reason)))
+        }
+        error => Failure::input(error),
+    }
+}
+
+/// Bytes and pipes, which can be read only once, have no files beside them.
+fn from_bytes(file: &MeshFile) -> Result<Mesh> {
+    let bytes = file.file.read(obj::MAX_FILE_BYTES).or_input();
+    let named = |failure: Failure| failure.context(&file.file);
+    parsed(&bytes.map_err(named)?, file).map_err(named)
+}
+
+fn parsed(bytes: &[u8], file: &MeshFile) -> Result<Mesh> {
+    match Format::detected(bytes) {
+        Format::Gltf => read_mesh(bytes, &file.choice())
+            .map_err(|error| Failure::input(with_hint(&error, file))),
+        Format::Ply => part(ply::parse(bytes).or_input()?, file),
+        Format::Obj => {
+            part(obj::parse(bytes).map_err(|error| Failure::input(foreign(&error)))?, file)
+        }
+        Format::Model => {
+            let arrays = arrays::parse(bytes).or_input()?;
+            match file.is_head() {
+                true => model_mesh::head_from_arrays(&arrays).or_input(),
+                false => part(model_mesh::from_arrays(&arrays).or_input()?, file),
+            }
+        }
+    }
+}
+
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Format {
+    Obj,
+    Ply,
+    Gltf,
+    Model,
+}
+
+impl Format {
+    fn of(path: &Path) -> io::Result<Self> {
+        let mut start = Vec::new();
+        File::open(path)?.take(512).read_to_end(&mut start)?;
+        Ok(Self::detected(&start))
+    }
+
+    /// The format of a file from its first bytes. An OBJ file may begin with any line of text.
+    fn detected(start: &[u8]) -> Self {
+        let text = start.strip_prefix(b"\xef\xbb\xbf").unwrap_or(start).trim_ascii_start();
+        match start {
+            [b'g', b'l', b'T', b'F', ..] => Self::Gltf,
+            _ if ply::is_ply(start) => Self::Ply,
+            // A ZIP archive, a single array, and how pickles of a dict begin.
+            [b'P', b'K', 3 | 5, ..] | [0x93, b'N', b'U', ..] | [0x80, ..] => Self::Model,
+            [b'(', b'd', ..] | [b'}', b'q' | 0x94 | b'(' | b'.', ..] => Self::Model,
+            _ if text.first() == Some(&b'{') => Self::Gltf,
+            _ => Self::Obj,
+        }
+    }
+}
+
+/// What the user can select where a UV set is missing.
+fn with_hint(error: &SceneMeshError, file: &MeshFile) -> String {
+    let SceneMeshError::NoUvSet { sets, .. } = error else { return error.to_string() };
+    let name = file.file.name().file_name().unwrap_or_default().to_string_lossy();
+    let other = match sets.first().and_then(|set| set.strip_prefix("TEXCOORD_")) {
+        Some(set) => format!("another set ({name}#{set}) or "),
+        None => String::new(),
+    };
+    format!("{error}; select {other}a node, mesh or material with that set ({name}#NAME)")
+}
+
+/// Anything unknown is read as OBJ, whose reader does not know of the other formats.
+fn foreign(error: &ObjError) -> String {
+    match error {
+        ObjError::Binary { .. } | ObjError::NotObj => format!(
+            "{error}; a mesh must be an OBJ, PLY, GLB or glTF file, or a body model (NPZ, pickle)"
+        ),
+        _ => error.to_string(),
+    }
+}
+
+/// The polygons of the selected object, group or material, or all without a selector. Of these
+/// three kinds the first one counts that has the name.
+fn part(mesh: Mesh, file: &MeshFile) -> Result<Mesh> {
+    let Some(name) = file.selector.as_deref() else { return Ok(mesh) };
+    let kinds: [fn(&MeshPart, &str) -> bool; 3] = [
+        |part, name| part.object == name,
+        // A polygon may be in several groups.
+        |part, name| part.group == name || part.group.split_whitespace().any(|word| word == name),
+        |part, name| part.material == name,
+    ];
+    let path = &file.file;
+    let Some(kind) = kinds.into_iter().find(|kind| mesh.parts().iter().any(|p| kind(p, name)))
+    else {
+        let hint = match file.choice() {
+            MeshChoice { name: None, .. } => " (only GLB and glTF files have several UV sets)",
+            _ => "",
+        };
+        return Err(Failure::input(format!(
+            "{path}: no object, group or material is named {:?}{hint}; {}",
+            shortened(name),
+            known(mesh.parts())
+        )));
+    };
+    mesh.only_parts(|part| kind(part, name)).or_input().map_err(|failure| failure.context(path))
+}
+
+/// The names of parts, for messages.
+fn known(parts: &[MeshPart]) -> String {
+    let mut names: Vec<String> = Vec::new();
+    let kinds: [fn(&MeshPart) -> &str; 3] = [|p| &p.object, |p| &p.group, |p| &p.material];
+    for kind in kinds {
+        for name in parts.iter().map(kind).filter(|name| !name.is_empty()) {
+            if names.len() > MAX_LISTED {
+                break;
+            }
+            let name = shortened(name);
+            if !names.contains(&name) {
+                names.push(name);
+            }
+        }
+    }
+    if names.is_empty() {
+        return "the file names none".to_owned();
+    }
+    if names.len() > MAX_LISTED {
+        names[MAX_LISTED] = "...".to_owned();
+    }
+    format!("must be one of {}", names.join(", "))
+}
+
+fn shortened(name: &str) -> String {
+    match name.char_indices().nth(MAX_LISTED) {
+        Some((end, _)) => format!("{}…", &name[..end]),
+        None => name.to_owned(),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const SQUARE: &str = "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nvt 0 0\nvt 1 0\nvt 1 1\nvt 0 1\n";
+
+    fn folder(files: &[(&str, &str)]) -> tempfile::TempDir {
+        let folder = tempfile::tempdir().unwrap();
+        for (name, text) in files {
+            std::fs::write(folder.path().join(name), text).unwrap();
+        }
+        folder
+    }
+
+    #[test]
+    fn the_longest_existing_path_counts() {
+        let folder = folder(&[("a.glb", ""), ("b#1.glb", ""), ("c", ""), ("c#d", "")]);
+        std::fs::create_dir(folder.path().join("e#f")).unwrap();
+        std::fs::write(folder.path().join("e#f/a.obj"), "").unwrap();
+        for (given, path, selector) in [
+            ("a.glb", "a.glb", None),
+            ("a.glb#", "a.glb", None),
+            ("a.glb#1", "a.glb", Some("1")),
+            ("a.glb#Head/1", "a.glb", Some("Head/1")),
+            ("a.glb#Head #2", "a.glb", Some("Head #2")),
+            ("b#1.glb", "b#1.glb", None),
+            ("b#1.glb#0", "b#1.glb", Some("0")),
+            ("c#d", "c#d", None),
+            ("c#d#x", "c#d", Some("x")),
+            ("c#x", "c", Some("x")),
+            ("e#f/a.obj", "e#f/a.obj", None),
+            ("e#f/a.obj#x", "e#f/a.obj", Some("x")),
+            ("none.glb#1", "none.glb#1", None),
+        ] {
+            let file = Input::from(folder.path().join(path));
+            let wanted = MeshFile { file, selector: selector.map(str::to_owned) };
+            let given = Input::from(folder.path().join(given));
+            assert_eq!(MeshFile::parse(&given), wanted, "{given}");
+        }
+    }
+
+    #[test]
+    fn selectors_are_names_and_uv_sets() {
+        for (selector, name, uv_set) in [
+            (None, None, 0),
+            (Some("1"), None, 1),
+            (Some("Head"), Some("Head"), 0),
+            (Some("Head/1"), Some("Head"), 1),
+            (Some("1/0"), Some("1"), 0),
+            (Some("a/b"), Some("a/b"), 0),
+            (Some("+1"), Some("+1"), 0),
+            (Some("99999999999"), Some("99999999999"), 0),
+        ] {
+            let file = MeshFile { file: "a.glb".into(), selector: selector.map(str::to_owned) };
+            let wanted = MeshChoice { name: name.map(str::to_owned), uv_set };
+            assert_eq!(file.choice(), wanted, "{selector:?}");
+        }
+        let file = MeshFile { file: "x/a.glb".into(), selector: Some("Head/1".to_owned()) };
+        assert_eq!(file.name(), "a.glb#Head/1");
+    }
+
+    #[test]
+    fn formats_are_detected_from_the_content() {
+        let cases: [(&[u8], Format); 14] = [
+            (b"glTF\x02\0\0\0", Format::Gltf),
+            (b"\xef\xbb\xbf \n{", Format::Gltf),
+            (b"ply\r\nformat", Format::Ply),
+            (b"PK\x03\x04", Format::Model),
+            (b"\x93NUMPY", Format::Model),
+            (b"\x80\x02}q", Format::Model),
+            (b"(dp0\n", Format::Model),
+            (b"}q\x01(", Format::Model),
+            (b"# Blender", Format::Obj),
+            (b"PK is not an archive", Format::Obj),
+            (b"\xef\xbb\xbfv 0 0 0", Format::Obj),
+            (b"plywood", Format::Obj),
+            (b"", Format::Obj),
+            (b"g lTF", Format::Obj),
+        ];
+        for (start, wanted) in cases {
+            assert_eq!(Format::detected(start), wanted, "{}", start.escape_ascii());
+        }
+    }
+
+    #[test]
+    fn bytes_are_read_as_files_are() {
+        let text = format!("{SQUARE}o face\nf 1/1 2/2 3/3\no cap\nf 1/1 3/3 4/4\n");
+        let loaded = read(&Input::bytes("a.obj#cap", text.as_bytes())).unwrap();
+        assert_eq!((loaded.mesh.polygon_count(), &*loaded.name), (1, "a.obj#cap"));
+        let refused = read(&Input::bytes("a.obj#hat", text.as_bytes())).unwrap_err().to_string();
+        assert!(refused.starts_with("a.obj: ") && refused.ends_with("face, cap"), "{refused}");
+    }
+
+    #[test]
+    fn objects_groups_and_materials_are_selected() {
+        let text = format!(
+            "{SQUARE}o face\ng lids left\nusemtl skin\nf 1/1 2/2 3/3 4/4\n\
+             o face\ng skin\nusemtl hair\nf 1/1 2/2 3/3\no cap\nusemtl hair\nf 1/1 3/3 4/4\n"
+        );
+        let folder =
+            folder(&[("a.obj", &text), ("plain.obj", &format!("{SQUARE}f 1/1 2/2 3/3\n"))]);
+        let load =
+            |name: &str| read(folder.path().join(name)).map_err(|error| error.to_string());
+        for (selector, polygons) in
+            [("face", 2), ("cap", 1), ("left", 1), ("lids left", 1), ("skin", 2), ("hair", 2)]
+        {
+            let loaded = load(&format!("a.obj#{selector}")).unwrap();
+            assert_eq!(loaded.mesh.polygon_count(), polygons, "{selector}");
+            assert_eq!(loaded.mesh.positions().len(), 4);
+            assert_eq!(loaded.name, format!("a.obj#{selector}"));
+        }
+        assert_eq!(load("a.obj#left").unwrap().mesh.polygon_corners(0).len(), 4);
+        let error = load("a.obj#hat").unwrap_err();
+        let wanted = "a.obj: no object, group or material is named \"hat\"; must be one of face, cap, \
+                      lids left, skin, hair";
+        assert!(error.ends_with(wanted), "{error}");
+        let error = load("plain.obj#1").unwrap_err();
+        let wanted = "(only GLB and glTF files have several UV sets); the file names none";
+        assert!(error.ends_with(wanted), "{error}");
+    }
+}

@@ -1,0 +1,205 @@
+//! Pictures of GLB, VRM and glTF files: one, or one for each frame of an animation.
+
+mod camera;
+mod frames;
+
+use uvgraft::{Size, Texture};
+use uvgraft_gltf::scene::{NamedPose, PosedPrimitive, Scene};
+use uvgraft_io::input::Input;
+use uvgraft_pipeline::{Blame, Failure, Result};
+use uvgraft_render::{Background, Perspective, RenderOptions, Renderer};
+
+use self::camera::Cameras;
+pub use self::camera::{Aim, Shot};
+use self::frames::Frame;
+pub use self::frames::MAX_FRAMES;
+
+/// A request for pictures of a GLB, VRM or glTF file of any origin.
+#[derive(Debug, Clone)]
+#[non_exhaustive]
+pub struct RenderRequest {
+    /// The file.
+    pub avatar: Input,
+    /// Size of the pictures in pixels, at most 4096 a side.
+    pub size: Size,
+    /// What fills the picture.
+    pub aim: Aim,
+    /// Angle around the person in degrees: 0 in front, 90 on their left.
+    pub azimuth: f32,
+    /// Angle above the horizon in degrees, -89 to 89.
+    pub elevation: f32,
+    /// Vertical field of view in degrees, 1 to 120.
+    pub fov: f32,
+    /// Magnification, 0.1 to 50.
+    pub zoom: f32,
+    /// Poses by name, and rotations of bones, in order.
+    pub pose: Vec<PoseOption>,
+    /// Expressions and morph targets, with their weights.
+    pub expressions: Vec<(String, f32)>,
+    /// Animation clip, by name or number; by default the first, if it is played.
+    pub clip: Option<String>,
+    /// Time in the clip in seconds, at least 0; by default the clip is not played.
+    pub frame: Option<f32>,
+    /// Whether the clip is played: a picture for each of its frames.
+    pub motion: bool,
+    /// Number of frames in which the camera goes around the model.
+    pub turntable: Option<u16>,
+    /// Frame rate, 0.1 to 240; by default 25 for clips and 12 for turntables.
+    pub fps: Option<f32>,
+    /// The background; by default a studio, or white if unlit.
+    pub background: Option<Background>,
+    /// Whether textures are shown without lighting.
+    pub unlit: bool,
+    /// Whether there is a floor, with a shadow.
+    pub floor: bool,
+    /// Whether pictures will have no partial opacity, as in a GIF: transparent ones then have no floor,
+    /// whose shadow has soft edges.
+    pub hard_edges: bool,
+}
+
+/// A pose by name, or the rotation of one bone.
+#[derive(Debug, Clone, PartialEq)]
+pub enum PoseOption {
+    /// A pose that is known by name.
+    Named(NamedPose),
+    /// A bone and its rotation about x, y and z in degrees.
+    Bone(String, [f32; 3]),
+}
+
+/// Longest side in pixels.
+const MAX_SIDE: u32 = 4096;
+
+impl RenderRequest {
+    /// A request with the defaults of all options: the whole model, from the front and somewhat above.
+    pub fn new(avatar: impl Into<Input>) -> Self {
+        Self {
+            avatar: avatar.into(),
+            size: Size::new(768, 1024),
+            aim: Aim::Shot(Shot::Body),
+            azimuth: 20.0,
+            elevation: 7.0,
+            fov: 24.0,
+            zoom: 1.0,
+            pose: Vec::new(),
+            expressions: Vec::new(),
+            clip: None,
+            frame: None,
+            motion: false,
+            turntable: None,
+            fps: None,
+            background: None,
+            unlit: false,
+            floor: true,
+            hard_edges: false,
+        }
+    }
+
+    /// Reads the file and finds the cameras of all frames.
+    ///
+    /// # Errors
+    /// As bad input for a file that cannot be drawn, and for values outside of their ranges.
+    pub fn open(&self) -> Result<Rendering> {
+        self.check()?;
+        let scene = Scene::load(&self.avatar).or_input()?;
+        let name = &self.avatar;
+        if scene.triangles() == 0 {
+            return Err(Failure::input(format!("{name}: no triangles to draw")));
+        }
+        let named = |failure: Failure| failure.context(name);
+        let frames = self.frames(&scene).map_err(named)?;
+        let mut cameras = Cameras::new(self.aim.clone());
+        for Frame { posing, .. } in &frames {
+            let drawn = scene.pose(posing).or_input().map_err(named)?;
+            cameras.look_at(&scene, posing, &drawn).map_err(named)?;
+        }
+        let angles: Vec<f32> = frames.iter().map(|frame| frame.azimuth).collect();
+        let views = cameras.views(&angles, self.elevation, self.fov, self.size, self.zoom);
+        let views = views.ok_or_else(|| {
+            Failure::input(format!("{name}: no triangle has a finite position in this pose"))
+        })?;
+        let background = self.background();
+        let is_cut_out = background == Background::Transparent && self.hard_edges;
+        let has_floor = self.floor && self.aim.shows_floor() && !is_cut_out;
+        let floor = has_floor.then_some(cameras.lowest());
+        let options = RenderOptions { lit: !self.unlit, background, floor, ..Default::default() };
+        Ok(Rendering { name: name.to_string(), scene, frames, views, options, size: self.size })
+    }
+
+    /// The background, with its default.
+    pub fn background(&self) -> Background {
+        self.background.unwrap_or(if self.unlit {
+            Background::Plain([255; 3])
+        } else {
+            Background::Studio
+        })
+    }
+
+    /// The frame rate of an animation; `None` for a still picture.
+    pub fn rate(&self) -> Option<f32> {
+        let rate = self.fps.unwrap_or(if self.motion { 25.0 } else { 12.0 });
+        (self.motion || self.turntable.is_some()).then_some(rate)
+    }
+
+    fn check(&self) -> Result<()> {
+        if self.size.width.max(self.size.height) > MAX_SIDE {
+            let found = self.size;
+            return Err(Failure::input(format!(
+                "`size` must be at most {MAX_SIDE} pixels a side, got {found}"
+            )));
+        }
+        let seconds = self.frame.unwrap_or(0.0);
+        for (name, value, least, most) in [
+            ("azimuth", self.azimuth, f32::MIN, f32::MAX),
+            ("elevation", self.elevation, -89.0, 89.0),
+            ("fov", self.fov, 1.0, 120.0),
+            ("zoom", self.zoom, 0.1, 50.0),
+            ("frame", seconds, 0.0, f32::MAX),
+        ] {
+            if !(least..=most).contains(&value) {
+                let wanted = if most == f32::MAX {
+                    "a finite number, and not negative for times".to_owned()
+                } else {
+                    format!("{least} to {most}")
+                };
+                return Err(Failure::input(format!("`{name}` must be {wanted}, got {value}")));
+            }
+        }
+        Ok(())
+    }
+}
+
+/// A model whose frames can be drawn, in any order.
+pub struct Rendering {
+    name: String,
+    scene: Scene,
+    frames: Vec<Frame>,
+    views: Vec<Perspective>,
+    options: RenderOptions,
+    size: Size,
+}
+
+impl Rendering {
+    /// Number of pictures, at least one.
+    pub fn frames(&self) -> usize {
+        self.frames.len()
+    }
+
+    /// The camera of a frame.
+    ///
+    /// # Panics
+    /// If there is no such frame.
+    pub fn camera(&self, frame: usize) -> &Perspective {
+        &self.views[frame]
+    }
+
+    /// Draws frames: 8-bit sRGB, with opacity if the background is transparent.
+    pub fn pictures(&self) -> impl Iterator<Item = Result<Texture>> {
+        let renderer = Renderer::for_scene(&self.scene);
+        self.frames.iter().zip(&self.views).map(move |(frame, view)| {
+            let drawn = self.scene.pose(&frame.posing).or_work();
+            let drawn: Vec<PosedPrimitive> =
+                drawn.map_err(|failure| failure.context(&self.name))?;
+            Ok(renderer.render(&drawn, view, &self.options, self.size))
+        })
+    }
+}

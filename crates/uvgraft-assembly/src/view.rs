@@ -1,0 +1,122 @@
+//! A page that shows an avatar in the browser.
+
+use std::path::Path;
+
+use uvgraft_gltf::scene::{PoseRequest, Scene, whole};
+use uvgraft_io::image::{self, ImageError};
+use uvgraft_io::input::Input;
+use uvgraft_pipeline::{Blame, Failure, Result};
+use uvgraft_render::Bounds;
+use uvgraft_viewer::{Glb, LookAt, PAGE, Page, Picture, Template};
+
+use crate::render::Aim;
+
+/// A request for one HTML page that holds an avatar and a viewer, and works offline.
+#[derive(Debug, Clone)]
+#[non_exhaustive]
+pub struct ViewRequest {
+    /// A GLB, VRM or glTF file of any origin. Compressed data and files beside it are decoded and
+    /// embedded into the page.
+    pub avatar: Input,
+    /// Alternative textures to offer: PNG, JPEG or WebP.
+    pub textures: Vec<Input>,
+    /// Initial target of the camera; by default the whole model.
+    pub look_at: Option<Aim>,
+}
+
+/// Browsers limit strings to about half a gigabyte, and base64 is a third longer than its input.
+const MAX_MODEL_BYTES: u64 = 256 << 20;
+const MAX_TEXTURE_BYTES: u64 = 64 << 20;
+
+impl ViewRequest {
+    /// A request for a page without other textures.
+    pub fn new(avatar: impl Into<Input>) -> Self {
+        Self { avatar: avatar.into(), textures: Vec::new(), look_at: None }
+    }
+
+    /// Checks that this build has a viewer.
+    ///
+    /// # Errors
+    /// As bad input, with the way to such a build.
+    pub fn check(&self) -> Result<()> {
+        template().map(drop)
+    }
+
+    /// All inputs.
+    pub fn inputs(&self) -> impl Iterator<Item = &Input> {
+        [&self.avatar].into_iter().chain(&self.textures)
+    }
+
+    /// Makes the page.
+    ///
+    /// # Errors
+    /// As bad input for files that cannot be shown, for names that the file does not have, and in a
+    /// build without a viewer.
+    pub fn make(&self) -> Result<Vec<u8>> {
+        let template = Template::new(template()?).or_work()?;
+        // Whole and uncompressed, so that the page needs neither files next to it nor decoders.
+        let bytes = whole(&self.avatar).or_input()?;
+        if bytes.len() as u64 > MAX_MODEL_BYTES {
+            let (name, found) = (&self.avatar, bytes.len());
+            return Err(Failure::input(format!(
+                "{name}: must have at most {MAX_MODEL_BYTES} bytes uncompressed, got {found}"
+            )));
+        }
+        let in_model =
+            |failure: Failure| failure.context(format_args!("cannot show {}", self.avatar));
+        let model = Glb::new(&bytes).or_input().map_err(in_model)?;
+        // What the renderer rejects, the viewer cannot show either.
+        let scene = Scene::read(&bytes).or_input().map_err(in_model)?;
+        let look_at = match &self.look_at {
+            Some(Aim::Named(name)) => {
+                scene.extent(name, &PoseRequest::default()).or_input().map_err(in_model)?;
+                Some(LookAt::Named(name))
+            }
+            Some(Aim::Box(Bounds { low: [a, b, c], high: [d, e, f] })) => {
+                Some(LookAt::Box([*a, *b, *c, *d, *e, *f]))
+            }
+            Some(Aim::Shot(_)) | None => None,
+        };
+        let files = self
+            .textures
+            .iter()
+            .map(|input| {
+                let bytes = input.read(MAX_TEXTURE_BYTES).or_input();
+                Ok((input, file_name(input), bytes.map_err(|failure| failure.context(input))?))
+            })
+            .collect::<Result<Vec<_>>>()?;
+        let textures = files.iter().map(|(input, name, bytes)| Ok((&**name, picture(input, bytes)?)));
+        let textures = textures.collect::<Result<Vec<_>>>()?;
+        let page = Page { name: &file_name(&self.avatar), model, textures, look_at };
+        let mut html = Vec::new();
+        page.write(&template, &mut html).or_work()?;
+        Ok(html)
+    }
+}
+
+fn template() -> Result<&'static str> {
+    PAGE.ok_or_else(|| {
+        Failure::input(
+            "this build has no viewer; in the sources, run scripts/build-viewer.sh (needs npm), \
+             then cargo install --path crates/uvgraft-cli --features viewer",
+        )
+    })
+}
+
+/// A texture that browsers show.
+fn picture<'a>(input: &Input, bytes: &'a [u8]) -> Result<Picture<'a>> {
+    let picture = Picture::new(bytes).ok_or_else(|| {
+        Failure::input(format!("{input}: not an image; must be {}", Picture::EXTENSIONS))
+    })?;
+    // Browsers show formats that are unsupported here, but nothing of a damaged file.
+    match image::decode(bytes) {
+        Err(error @ (ImageError::Truncated { .. } | ImageError::Damaged { .. })) => {
+            Err(Failure::input(format!("{input}: {error}")))
+        }
+        _ => Ok(picture),
+    }
+}
+
+fn file_name(input: &Input) -> String {
+    input.name().file_name().unwrap_or(Path::new("").as_os_str()).to_string_lossy().into_owned()
+}

@@ -1,0 +1,203 @@
+//! Blending as users ask for it: options with their defaults, and which of them contradict each other.
+
+use uvgraft::{Tone, choices};
+use uvgraft_io::input::Input;
+
+use crate::blending::Blending;
+use crate::failure::{Failure, Result};
+use crate::length::Length;
+use crate::region::Region;
+
+/// How the boundary of a transferred region is hidden.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+pub enum BlendMode {
+    /// Not at all.
+    None,
+    /// By a feather.
+    Feather,
+    /// By a feather and a membrane.
+    Membrane,
+}
+
+choices!(BlendMode {
+    None => "none", "Hard edge";
+    Feather => "feather", "Fade into the base near the boundary";
+    Membrane => "membrane",
+        "Feather, and adapt the tone of one side to the other's by a smooth gain";
+});
+
+/// The side that sets the skin tone, if any does.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+pub enum ToneSide {
+    /// The base.
+    Base,
+    /// The texture.
+    Source,
+    /// Both.
+    Both,
+    /// None of them.
+    None,
+}
+
+choices!(ToneSide {
+    Base => "base", "The texture adapts to the base";
+    Source => "source", "The skin of the base adapts to the texture";
+    Both => "both", "Both meet halfway";
+    None => "none", "Neither changes";
+});
+
+impl From<ToneSide> for Option<Tone> {
+    fn from(side: ToneSide) -> Self {
+        match side {
+            ToneSide::Base => Some(Tone::Base),
+            ToneSide::Source => Some(Tone::Source),
+            ToneSide::Both => Some(Tone::Both),
+            ToneSide::None => None,
+        }
+    }
+}
+
+/// Options of blending, of which those that are not given have defaults that depend on the others.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct BlendSettings {
+    /// How to hide the boundary; by default not at all, or by a feather if one is given.
+    pub blend: Option<BlendMode>,
+    /// Width of the feather; by default 10 mm where there is one.
+    pub feather: Option<Length>,
+    /// The side that sets the skin tone; by default the base.
+    pub tone: Option<ToneSide>,
+    /// Whether the colour statistics of skin are matched, too.
+    pub match_skin: bool,
+    /// Skin mask of the base, white on black; by default detected.
+    pub skin: Option<Input>,
+    /// Label image of the texture; by default detected.
+    pub labels: Option<Input>,
+    /// Whether an image of the detected labels is wanted.
+    pub draw_labels: bool,
+    /// Whether cloth and background at the neck stay in the region.
+    pub keep_all: bool,
+}
+
+impl BlendSettings {
+    /// The same with the defaults for avatars: a membrane, in the tone of the face, since the face
+    /// shows a person's own skin and the body is generic.
+    #[must_use]
+    pub fn of_avatar(mut self) -> Self {
+        self.blend = self.blend.or(Some(BlendMode::Membrane));
+        if self.mode() == BlendMode::Membrane || self.match_skin {
+            self.tone = self.tone.or(Some(ToneSide::Source));
+        }
+        self
+    }
+
+    fn mode(&self) -> BlendMode {
+        self.blend.unwrap_or(match self.feather {
+            Some(_) => BlendMode::Feather,
+            None => BlendMode::None,
+        })
+    }
+
+    fn feather(&self) -> Length {
+        let default = match self.mode() {
+            BlendMode::None => 0.0,
+            BlendMode::Feather | BlendMode::Membrane => 10.0,
+        };
+        self.feather.unwrap_or(Length::millimeters(default))
+    }
+
+    fn tone(&self) -> Option<Tone> {
+        self.tone.unwrap_or(ToneSide::Base).into()
+    }
+
+    /// Whether colours of the base are analysed before compositing.
+    fn needs_colors(&self) -> bool {
+        self.tone().is_some() && (self.mode() == BlendMode::Membrane || self.match_skin)
+    }
+
+    /// The images that are read.
+    pub fn inputs(&self) -> impl Iterator<Item = &Input> {
+        self.skin.iter().chain(&self.labels)
+    }
+
+    /// The blending, including defaults.
+    ///
+    /// - `gutter_px`: of the result.
+    pub fn blending(&self, gutter_px: u32) -> Blending {
+        let mut blending = Blending::default();
+        blending.feather = self.feather();
+        blending.membrane = self.mode() == BlendMode::Membrane && self.tone().is_some();
+        blending.match_skin = self.match_skin && self.tone().is_some();
+        blending.tone = self.tone().unwrap_or(Tone::Base);
+        blending.skin.clone_from(&self.skin);
+        blending.labels.clone_from(&self.labels);
+        blending.keep_all = self.keep_all;
+        blending.gutter_px = gutter_px;
+        blending
+    }
+
+    /// The blending, if any option, here or of the region, requires blending on the surface.
+    pub fn blending_if_any(&self, region: &Region, gutter_px: u32) -> Option<Blending> {
+        let asks = !region.is_everything()
+            || self.blend.is_some()
+            || self.feather.is_some()
+            || self.match_skin;
+        asks.then(|| self.blending(gutter_px))
+    }
+
+    /// Checks for options that contradict each other.
+    ///
+    /// # Errors
+    /// As bad input, with the options.
+    pub fn check(&self) -> Result<()> {
+        if self.mode() == BlendMode::None && self.feather.is_some() {
+            return Err(Failure::input("`feather` cannot be used with `blend` none"));
+        }
+        let changes_base = matches!(self.tone(), Some(Tone::Source | Tone::Both));
+        if self.skin.is_some() && !(self.needs_colors() && changes_base) {
+            return Err(Failure::input(
+                "`skin` needs `tone` source or both, with `blend` membrane or `match_skin`",
+            ));
+        }
+        if changes_base && !self.needs_colors() {
+            return Err(Failure::input(
+                "`tone` source and both need `blend` membrane or `match_skin`",
+            ));
+        }
+        let is_blended = self.needs_colors() || self.mode() != BlendMode::None;
+        let has_labels = self.labels.is_some() || self.draw_labels;
+        if !is_blended && (has_labels || self.keep_all) {
+            return Err(Failure::input(
+                "`labels` and `keep_all` need `blend` feather or `blend` membrane",
+            ));
+        }
+        if self.tone().is_none() && self.match_skin {
+            return Err(Failure::input("`match_skin` cannot be used with `tone` none"));
+        }
+        Ok(())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_feather_alone_blends_and_none_contradicts_it() {
+        let feathered =
+            BlendSettings { feather: Some(Length::millimeters(5.0)), ..BlendSettings::default() };
+        assert_eq!(feathered.blending(4).feather, Length::millimeters(5.0));
+        feathered.check().unwrap();
+        let none = BlendSettings { blend: Some(BlendMode::None), ..feathered };
+        assert!(none.check().unwrap_err().to_string().contains("`feather`"));
+    }
+
+    #[test]
+    fn avatars_have_a_membrane_in_the_tone_of_the_face() {
+        let blending = BlendSettings::default().of_avatar().blending(4);
+        assert!(blending.membrane && blending.tone == Tone::Source);
+        assert_eq!(blending.feather, Length::millimeters(10.0));
+        let plain = BlendSettings { blend: Some(BlendMode::None), ..BlendSettings::default() };
+        plain.clone().of_avatar().check().unwrap();
+        assert!(!plain.of_avatar().blending(4).membrane);
+    }
+}
