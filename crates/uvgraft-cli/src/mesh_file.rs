@@ -8,7 +8,7 @@ use anyhow::{Context, anyhow};
 use uvgraft::Mesh;
 use uvgraft::mesh::MeshPart;
 use uvgraft_gltf::scene::{MeshChoice, SceneMeshError, load_mesh, read_mesh};
-use uvgraft_io::input::{ReadError, read_file};
+use uvgraft_io::input::{Input, ReadError};
 use uvgraft_io::obj::ObjError;
 use uvgraft_io::{arrays, model_mesh, obj, ply};
 
@@ -130,8 +130,8 @@ fn load(file: &MeshFile) -> anyhow::Result<Mesh> {
 
 /// Pipes can be read only once, and have no files beside them.
 fn from_pipe(file: &MeshFile) -> anyhow::Result<Mesh> {
-    let bytes =
-        read_file(&file.path, obj::MAX_FILE_BYTES, |bytes| Ok::<_, ObjError>(bytes.to_vec()))?;
+    let input = Input::from(&file.path);
+    let bytes = input.parse(obj::MAX_FILE_BYTES, |bytes| Ok::<_, ObjError>(bytes.to_vec()))?;
     let mesh = match Format::detected(&bytes) {
         Format::Gltf => {
             read_mesh(&bytes, &file.choice()).map_err(|error| anyhow!(with_hint(&error, file)))

@@ -8,7 +8,7 @@ use std::process::ExitCode;
 use anyhow::Context;
 use uvgraft_gltf::scene::{PoseRequest, Scene};
 use uvgraft_io::image::{self, ImageError};
-use uvgraft_io::input::{self, ReadError};
+use uvgraft_io::input::{Input, ReadError};
 use uvgraft_io::output;
 use uvgraft_pipeline::Outputs;
 use uvgraft_render::Bounds;
@@ -143,7 +143,8 @@ pub(crate) fn page(name: &str, glb: &[u8]) -> anyhow::Result<Option<Vec<u8>>> {
 
 fn read(path: &Path, max: u64) -> anyhow::Result<Vec<u8>> {
     let all = |bytes: &[u8]| Ok(bytes.to_vec());
-    input::read_file::<_, Infallible>(path, max, all)
+    Input::from(path)
+        .parse::<_, Infallible>(max, all)
         .map_err(|error: ReadError<Infallible>| error)
         .or_bad_input()
 }
