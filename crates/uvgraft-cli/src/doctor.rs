@@ -8,7 +8,7 @@ use serde::Serialize;
 use uvgraft_avatar::body::{ModelFile, ReadOptions};
 use uvgraft_gltf::container::{ContainerError, Glb};
 use uvgraft_io::image::{MAX_BYTES, MAX_WHOLE_TEXELS};
-use uvgraft_io::input;
+use uvgraft_io::input::Input;
 use uvgraft_io::pair_file;
 use uvgraft_metrics::lpips::LpipsNetwork;
 
@@ -124,7 +124,7 @@ fn terms(path: &Path) -> anyhow::Result<String> {
         }
         "glb" | "vrm" => {
             const MAX_BYTES: u64 = 1 << 30;
-            input::read_file(path, MAX_BYTES, copyright).or_bad_input()?
+            Input::from(path).parse(MAX_BYTES, copyright).or_bad_input()?
         }
         _ => {
             return Err(bad_input(format!(

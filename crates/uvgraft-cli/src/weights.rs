@@ -11,7 +11,7 @@ use uvgraft_assembly::weights::{
 };
 use uvgraft_io::face_networks::import::{self as face_import, Imported};
 use uvgraft_io::face_networks::{self, FaceNetworksError};
-use uvgraft_io::input::{ReadError, read_file};
+use uvgraft_io::input::{Input, ReadError};
 use uvgraft_io::lpips_weights::{self, sdist};
 use uvgraft_metrics::lpips::{Lpips, LpipsNetwork};
 use uvgraft_pipeline::Outputs;
@@ -130,7 +130,7 @@ fn merged(
     face: Option<face_networks::FaceNetworkFiles>,
     iris: Option<Vec<u8>>,
 ) -> anyhow::Result<face_networks::FaceNetworkFiles> {
-    let existing = read_file(output, face_networks::MAX_BYTES, |bytes| {
+    let existing = Input::from(output).parse(face_networks::MAX_BYTES, |bytes| {
         let files = face_networks::decode(bytes)?;
         files.parse()?;
         Ok::<_, FaceNetworksError>(files)
@@ -164,7 +164,7 @@ fn prepare(output: &Path, inputs: &[PathBuf]) -> anyhow::Result<()> {
 /// Reads a file of any known kind. One of an unknown kind is reported as a changed one of the kind that
 /// its name suggests.
 fn read_weights(file: &Path) -> anyhow::Result<Weights> {
-    match read_file(file, face_import::MAX_BYTES, face_import::import) {
+    match Input::from(file).parse(face_import::MAX_BYTES, face_import::import) {
         Ok(imported) => return Ok(Weights::Face(imported)),
         Err(ReadError::Content { reason: FaceNetworksError::Unknown { found }, .. }) => {
             let known = face_import::KNOWN_FILES.into_iter();

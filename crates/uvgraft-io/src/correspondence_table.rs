@@ -19,8 +19,6 @@ mod points;
 mod tests;
 mod vertex_tables;
 
-use std::path::Path;
-
 use uvgraft::Weights;
 
 pub use self::grid::TexelGrid;
@@ -34,7 +32,7 @@ use crate::arrays::npy::{self, Content};
 use crate::arrays::{
     ArraysError, MAX_FILE_BYTES, MAX_NUMBERS, NamedArrays, NumericArray, SparseMatrix,
 };
-use crate::input::{ReadError, read_file};
+use crate::input::{Input, ReadError};
 use crate::pickle::{self, Value};
 
 /// The content of a file of correspondences. Only the format is checked: whether vertices and faces
@@ -142,8 +140,8 @@ pub fn parse(bytes: &[u8]) -> Result<CorrespondenceFile, CorrespondenceError> {
 /// # Errors
 /// [`ReadError`] if the file cannot be read, is larger than [`MAX_FILE_BYTES`], or is rejected by
 /// [`parse`]. Each names the file.
-pub fn read(path: &Path) -> Result<CorrespondenceFile, ReadError<CorrespondenceError>> {
-    read_file(path, MAX_FILE_BYTES, parse)
+pub fn read(input: impl Into<Input>) -> Result<CorrespondenceFile, ReadError<CorrespondenceError>> {
+    input.into().parse(MAX_FILE_BYTES, parse)
 }
 
 /// The keys of matrices in deformation-transfer pickles.

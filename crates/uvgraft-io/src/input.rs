@@ -2,7 +2,7 @@
 
 use std::borrow::Cow;
 use std::fmt;
-use std::fs::File;
+use std::fs::{File, Metadata};
 use std::io::{self, Read};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
@@ -148,35 +148,34 @@ pub fn beginning(start: &[u8]) -> String {
     }
 }
 
-/// Reads a file of at most `max` bytes and parses it.
-///
-/// # Errors
-/// [`ReadError`], also for a larger file, which is not read.
-pub fn read_file<T, E: std::error::Error>(
-    path: &Path,
-    max: u64,
-    parse: impl FnOnce(&[u8]) -> Result<T, E>,
-) -> Result<T, ReadError<E>> {
-    let bytes = read_at_most(path, max)
-        .map_err(|reason| ReadError::Io { path: path.to_path_buf(), reason })?;
-    parse(&bytes).map_err(|reason| ReadError::Content { path: path.to_path_buf(), reason })
-}
-
 /// The bytes of a file, or an error if there are more than `max`. The size reported by the system
 /// is only a hint: a pipe has none, and a file may grow.
-pub(crate) fn read_at_most(path: &Path, max: u64) -> io::Result<Vec<u8>> {
+fn read_at_most(path: &Path, max: u64) -> io::Result<Vec<u8>> {
+    let (file, meta) = open(path)?;
+    read_rest(file, meta.len(), max)
+}
+
+/// Opens a file, or a pipe, but no folder.
+pub(crate) fn open(path: &Path) -> io::Result<(File, Metadata)> {
     let file = File::open(path)?;
     let meta = file.metadata()?;
     if meta.is_dir() {
         return Err(io::Error::other("must be a file, but is a folder"));
     }
+    Ok((file, meta))
+}
+
+/// All bytes of an open file, or an error if there are more than `max`.
+///
+/// - `len`: its size as reported by the system.
+pub(crate) fn read_rest(file: File, len: u64, max: u64) -> io::Result<Vec<u8>> {
     let too_large =
         |size: u64| io::Error::other(format!("must have at most {max} bytes, got {size} or more"));
-    if meta.len() > max {
-        return Err(too_large(meta.len()));
+    if len > max {
+        return Err(too_large(len));
     }
     let mut bytes = Vec::new();
-    bytes.try_reserve_exact(usize::try_from(meta.len()).unwrap_or(usize::MAX).saturating_add(1))?;
+    bytes.try_reserve_exact(usize::try_from(len).unwrap_or(usize::MAX).saturating_add(1))?;
     file.take(max + 1).read_to_end(&mut bytes)?;
     if bytes.len() as u64 > max { Err(too_large(bytes.len() as u64)) } else { Ok(bytes) }
 }
@@ -206,15 +205,16 @@ mod tests {
         let path = folder.path().join("five");
         std::fs::write(&path, b"12345").unwrap();
         let length = |max| {
-            read_file::<_, io::Error>(&path, max, |bytes| Ok(bytes.len()))
-                .map_err(|error| error.to_string())
+            let length = |bytes: &[u8]| Ok::<_, io::Error>(bytes.len());
+            Input::from(&path).parse(max, length).map_err(|error| error.to_string())
         };
         assert_eq!(length(5), Ok(5));
         let refused = length(4).unwrap_err();
         assert!(refused.contains("five") && refused.contains("got 5 or more"), "{refused}");
-        let missing = read_file::<(), io::Error>(&folder.path().join("none"), 9, |_| Ok(()));
+        let nothing = |_: &[u8]| Ok::<_, io::Error>(());
+        let missing = Input::from(folder.path().join("none")).parse(9, nothing);
         assert!(missing.unwrap_err().to_string().contains("none"));
-        let folder = read_file::<(), io::Error>(folder.path(), 9, |_| Ok(()));
+        let folder = Input::from(folder.path()).parse(9, nothing);
         assert!(folder.unwrap_err().to_string().contains("folder"));
     }
 }

@@ -13,12 +13,10 @@
 //! Source: the model files of SMPL-X, 1.1, and of textured FLAME models: `v_template` and `f` as in
 //! every model, `vt` and `ft` as in an OBJ file, with `v` upwards.
 
-use std::path::Path;
-
 use uvgraft::mesh::{Mesh, MeshError, MeshPart};
 
 use crate::arrays::{ArrayFile, ArraySelection, ArraysError, NamedArrays};
-use crate::input::ReadError;
+use crate::input::{Input, ReadError};
 
 const POSITIONS: &str = "v_template";
 const FACES: &str = "f";
@@ -186,31 +184,33 @@ fn parts(arrays: &NamedArrays, triangles: usize) -> Result<Vec<MeshPart>, ModelM
 /// # Errors
 /// [`ReadError`] if the file cannot be read, or its arrays are rejected by [`from_arrays`]. Each
 /// names the file.
-pub fn read(path: &Path) -> Result<Mesh, ReadError<ModelMeshError>> {
-    read_arrays(path, &[POSITIONS, FACES, UV, UV_FACES, PART_NAMES, FACE_PART], from_arrays)
+pub fn read(input: impl Into<Input>) -> Result<Mesh, ReadError<ModelMeshError>> {
+    let names = [POSITIONS, FACES, UV, UV_FACES, PART_NAMES, FACE_PART];
+    read_arrays(input.into(), &names, from_arrays)
 }
 
 /// Reads the mesh of a model's head in its own layout; see [`head_from_arrays`].
 ///
 /// # Errors
 /// As [`read`].
-pub fn read_head(path: &Path) -> Result<Mesh, ReadError<ModelMeshError>> {
+pub fn read_head(input: impl Into<Input>) -> Result<Mesh, ReadError<ModelMeshError>> {
     let [vertices, faces, uv, uv_faces] = HEAD;
-    read_arrays(path, &[POSITIONS, vertices, faces, uv, uv_faces], head_from_arrays)
+    read_arrays(input.into(), &[POSITIONS, vertices, faces, uv, uv_faces], head_from_arrays)
 }
 
 fn read_arrays(
-    path: &Path,
+    input: Input,
     names: &[&str],
-    make: impl Fn(&NamedArrays) -> Result<Mesh, ModelMeshError>,
+    make: fn(&NamedArrays) -> Result<Mesh, ModelMeshError>,
 ) -> Result<Mesh, ReadError<ModelMeshError>> {
     let refused = |error: ReadError<ArraysError>| error.map_content(ModelMeshError::from);
-    let mut file = ArrayFile::open(path).map_err(refused)?;
+    let path = input.name().to_path_buf();
+    let mut file = ArrayFile::open(input).map_err(refused)?;
     let wanted = |name: &str, _: &[usize]| {
         if names.contains(&name) { ArraySelection::All } else { ArraySelection::Nothing }
     };
     let arrays = file.read(wanted).map_err(refused)?;
-    make(&arrays).map_err(|reason| ReadError::Content { path: path.to_path_buf(), reason })
+    make(&arrays).map_err(|reason| ReadError::Content { path, reason })
 }
 
 fn rows<const N: usize>(

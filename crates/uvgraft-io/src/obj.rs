@@ -14,11 +14,9 @@ mod cursor;
 mod tests;
 mod write;
 
-use std::path::Path;
-
 use uvgraft::mesh::{Mesh, MeshError};
 
-use crate::input::{ReadError, read_file};
+use crate::input::{Input, ReadError};
 
 pub use self::write::{save, write};
 
@@ -198,8 +196,8 @@ pub fn parse(bytes: &[u8]) -> Result<Mesh, ObjError> {
 /// # Errors
 /// [`ReadError`] if the file cannot be read, is larger than [`MAX_FILE_BYTES`], or is rejected by
 /// [`parse`]. Each names the file.
-pub fn read(path: &Path) -> Result<Mesh, ReadError<ObjError>> {
-    read_file(path, MAX_FILE_BYTES, parse)
+pub fn read(input: impl Into<Input>) -> Result<Mesh, ReadError<ObjError>> {
+    input.into().parse(MAX_FILE_BYTES, parse)
 }
 
 /// A piece of input for a message: printable, and no longer than a line.

@@ -30,7 +30,7 @@ use serde::{Deserialize, Serialize};
 use sha2::{Digest, Sha256};
 use uvgraft::{Corner, Extent, Mesh, MeshError, MeshPart, Pair, PairError, Piece, Weights};
 
-use crate::input::{ReadError, beginning, read_file};
+use crate::input::{Input, ReadError, beginning};
 use crate::output::write_atomically;
 
 /// The newest version of the format, which is the one that is written.
@@ -365,17 +365,17 @@ fn read_pieces<'a>(
 ///
 /// # Errors
 /// [`ReadError`] with the path and what is wrong.
-pub fn read(path: &Path) -> Result<PairFile, ReadError<PairFileError>> {
-    read_file(path, MAX_BYTES, decode)
+pub fn read(input: impl Into<Input>) -> Result<PairFile, ReadError<PairFileError>> {
+    input.into().parse(MAX_BYTES, decode)
 }
 
 /// Writes a pair file; after a crash, an existing file is unchanged.
 ///
 /// # Errors
 /// Those of encoding or writing.
-pub fn write(file: &PairFile, path: &Path) -> io::Result<()> {
+pub fn write(file: &PairFile, path: impl AsRef<Path>) -> io::Result<()> {
     let bytes = encode(file).map_err(io::Error::other)?;
-    write_atomically(path, |out| out.write_all(&bytes))
+    write_atomically(path.as_ref(), |out| out.write_all(&bytes))
 }
 
 struct Saved {

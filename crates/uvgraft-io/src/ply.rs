@@ -15,11 +15,9 @@ mod header;
 mod tests;
 mod values;
 
-use std::path::Path;
-
 use uvgraft::mesh::{Mesh, MeshError};
 
-use crate::input::{ReadError, beginning, read_file};
+use crate::input::{Input, ReadError, beginning};
 
 /// Larger files are rejected by [`read`] before they are loaded.
 pub const MAX_FILE_BYTES: u64 = 1 << 31;
@@ -133,8 +131,8 @@ pub fn parse(bytes: &[u8]) -> Result<Mesh, PlyError> {
 /// # Errors
 /// [`ReadError`] if the file cannot be read, is larger than [`MAX_FILE_BYTES`], or is rejected by
 /// [`parse`]. Each names the file.
-pub fn read(path: &Path) -> Result<Mesh, ReadError<PlyError>> {
-    read_file(path, MAX_FILE_BYTES, parse)
+pub fn read(input: impl Into<Input>) -> Result<Mesh, ReadError<PlyError>> {
+    input.into().parse(MAX_FILE_BYTES, parse)
 }
 
 /// Whether a file that starts with these bytes is a PLY file.

@@ -8,15 +8,13 @@
 mod tensor;
 mod write;
 
-use std::path::Path;
-
 use self::tensor::Storages;
 pub use self::write::{save_pth, write_pth};
 use crate::arrays::archive::ArchiveInMemory;
 use crate::arrays::collect::Collector;
 use crate::arrays::error::{ArraysError, MAX_FILE_BYTES, MAX_UNPACKED_BYTES, foreign_file};
 use crate::arrays::named::NamedArrays;
-use crate::input::{ReadError, read_file};
+use crate::input::{Input, ReadError};
 use crate::obj::shown;
 use crate::pickle;
 
@@ -57,8 +55,8 @@ pub fn parse(bytes: &[u8]) -> Result<NamedArrays, ArraysError> {
 /// # Errors
 /// [`ReadError`] if the file cannot be read, is larger than [`MAX_FILE_BYTES`], or is rejected by
 /// [`parse`]. Each names the file.
-pub fn read(path: &Path) -> Result<NamedArrays, ReadError<ArraysError>> {
-    read_file(path, MAX_FILE_BYTES, parse)
+pub fn read(input: impl Into<Input>) -> Result<NamedArrays, ReadError<ArraysError>> {
+    input.into().parse(MAX_FILE_BYTES, parse)
 }
 
 /// The entry of an archive that is the pickle, if any.

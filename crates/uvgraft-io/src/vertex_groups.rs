@@ -7,12 +7,11 @@
 
 use std::collections::BTreeMap;
 use std::fmt;
-use std::path::Path;
 
 use serde::Deserializer as _;
 use serde::de::{self, MapAccess, Visitor};
 
-use crate::input::{ReadError, read_file};
+use crate::input::{Input, ReadError};
 use crate::numpy::NumberKind;
 use crate::pickle::{self, PickleError, Value};
 use crate::vertex_list::{VertexListError, vertices_of};
@@ -184,8 +183,8 @@ pub fn parse(bytes: &[u8]) -> Result<VertexGroups, VertexGroupsError> {
 /// # Errors
 /// [`ReadError`] if the file cannot be read, is larger than [`MAX_FILE_BYTES`], or is rejected by
 /// [`parse`]. Each names the file.
-pub fn read(path: &Path) -> Result<VertexGroups, ReadError<VertexGroupsError>> {
-    read_file(path, MAX_FILE_BYTES, parse)
+pub fn read(input: impl Into<Input>) -> Result<VertexGroups, ReadError<VertexGroupsError>> {
+    input.into().parse(MAX_FILE_BYTES, parse)
 }
 
 /// Reads one group of a file for a mesh with the given number of `vertices`; see
@@ -194,11 +193,11 @@ pub fn read(path: &Path) -> Result<VertexGroups, ReadError<VertexGroupsError>> {
 /// # Errors
 /// As [`read`], and for a group that does not exist or does not fit the mesh. Each names the file.
 pub fn read_group(
-    path: &Path,
+    input: impl Into<Input>,
     name: &str,
     vertices: usize,
 ) -> Result<Vec<u32>, ReadError<VertexGroupsError>> {
-    read_file(path, MAX_FILE_BYTES, |bytes| parse(bytes)?.vertices(name, vertices))
+    input.into().parse(MAX_FILE_BYTES, |bytes| parse(bytes)?.vertices(name, vertices))
 }
 
 fn from_pickle(bytes: &[u8]) -> Result<VertexGroups, VertexGroupsError> {

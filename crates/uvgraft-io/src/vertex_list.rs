@@ -2,9 +2,7 @@
 //!
 //! Read from NPY arrays, of indices or of one bool for each vertex, and from plain text.
 
-use std::path::Path;
-
-use crate::input::{ReadError, read_file};
+use crate::input::{Input, ReadError};
 use crate::integers::{self, IntegersError, List};
 
 /// Larger files are rejected by [`read`] before they are loaded.
@@ -80,8 +78,11 @@ pub fn parse(bytes: &[u8], vertices: usize) -> Result<Vec<u32>, VertexListError>
 /// # Errors
 /// [`ReadError`] if the file cannot be read, is larger than [`MAX_FILE_BYTES`], or is rejected by
 /// [`parse`]. Each names the file.
-pub fn read(path: &Path, vertices: usize) -> Result<Vec<u32>, ReadError<VertexListError>> {
-    read_file(path, MAX_FILE_BYTES, |bytes| parse(bytes, vertices))
+pub fn read(
+    input: impl Into<Input>,
+    vertices: usize,
+) -> Result<Vec<u32>, ReadError<VertexListError>> {
+    input.into().parse(MAX_FILE_BYTES, |bytes| parse(bytes, vertices))
 }
 
 /// Indices, sorted and without duplicates, if all are vertices of the mesh.

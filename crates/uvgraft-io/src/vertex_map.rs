@@ -5,7 +5,7 @@
 use std::io::{self, Write};
 use std::path::Path;
 
-use crate::input::{ReadError, read_file};
+use crate::input::{Input, ReadError};
 use crate::integers::{self, IntegersError};
 use crate::numpy::write_header;
 use crate::output::write_atomically;
@@ -47,8 +47,8 @@ pub fn parse(bytes: &[u8]) -> Result<Vec<i64>, VertexMapError> {
 /// # Errors
 /// [`ReadError`] if the file cannot be read, is larger than [`MAX_FILE_BYTES`], or is rejected by
 /// [`parse`]. Each names the file.
-pub fn read(path: &Path) -> Result<Vec<i64>, ReadError<VertexMapError>> {
-    read_file(path, MAX_FILE_BYTES, parse)
+pub fn read(input: impl Into<Input>) -> Result<Vec<i64>, ReadError<VertexMapError>> {
+    input.into().parse(MAX_FILE_BYTES, parse)
 }
 
 /// Writes a vertex map as an NPY array, version 1.0: `[source vertices]` of `<i8`.
@@ -67,8 +67,8 @@ pub fn write_npy(ids: &[u32], out: &mut impl Write) -> io::Result<()> {
 ///
 /// # Errors
 /// Those of creating, writing and renaming the file; an existing file is then unchanged.
-pub fn save_npy(ids: &[u32], path: &Path) -> io::Result<()> {
-    write_atomically(path, |out| write_npy(ids, out))
+pub fn save_npy(ids: &[u32], path: impl AsRef<Path>) -> io::Result<()> {
+    write_atomically(path.as_ref(), |out| write_npy(ids, out))
 }
 
 #[cfg(test)]

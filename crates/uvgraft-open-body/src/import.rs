@@ -1,12 +1,10 @@
 //! From the wheel to the arrays of a model file.
 
-use std::path::Path;
-
 use glam::Vec3;
 use uvgraft::threads;
 use uvgraft_avatar::body::BodyError;
 use uvgraft_io::arrays::{NamedArrays, NumericArray};
-use uvgraft_io::input::{ReadError, read_file};
+use uvgraft_io::input::{Input, ReadError};
 
 use crate::base_mesh::BaseMesh;
 use crate::components::{self, Components, rounded};
@@ -30,8 +28,8 @@ const WEIGHT_STEP: f32 = 1.0 / 4096.0;
 ///
 /// # Errors
 /// [`ReadError`] with the path and what is wrong.
-pub fn read(path: &Path) -> Result<NamedArrays, ReadError<ImportError>> {
-    read_file(path, MAX_BYTES, import)
+pub fn read(input: impl Into<Input>) -> Result<NamedArrays, ReadError<ImportError>> {
+    input.into().parse(MAX_BYTES, import)
 }
 
 /// The body as arrays of a model file: those of SMPL-X without pose correctives, which

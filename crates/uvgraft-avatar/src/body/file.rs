@@ -1,10 +1,8 @@
 //! Reads body models from files, and no more of them than needed: a whole SMPL-X has 400 components
 //! of shape and expression and 486 pose correctives, 110 MB, of which a rig uses a tenth.
 
-use std::path::Path;
-
 use uvgraft_io::arrays::{ArrayFile, ArraySelection as Wanted, NamedArrays};
-use uvgraft_io::input::ReadError;
+use uvgraft_io::input::{Input, ReadError};
 
 use super::fields::Fields;
 use super::model::{EXPRESSION_NAMES, read_correctives, read_kind, split};
@@ -69,7 +67,7 @@ const SHAPES: &str = "shapedirs";
 const POSES: &str = "posedirs";
 
 impl ModelFile {
-    /// Reads a model; see [`BodyModel::from_arrays`] for the expected arrays, and
+    /// Reads a model from a file or bytes; see [`BodyModel::from_arrays`] for the expected arrays, and
     /// [`uvgraft_io::arrays::parse`] for the file formats.
     ///
     /// The file is read in three passes: the joints, which determine the kind and thus
@@ -78,9 +76,17 @@ impl ModelFile {
     ///
     /// # Errors
     /// [`ReadError`] if the file cannot be read or [`BodyModel::from_arrays`] refuses its contents.
-    pub fn read(path: &Path, needs: &ReadOptions) -> Result<Self, ReadError<BodyError>> {
+    pub fn read(
+        input: impl Into<Input>,
+        needs: &ReadOptions,
+    ) -> Result<Self, ReadError<BodyError>> {
+        Self::read_input(&input.into(), needs)
+    }
+
+    fn read_input(input: &Input, needs: &ReadOptions) -> Result<Self, ReadError<BodyError>> {
+        let path = input.name();
         let refused = |reason: BodyError| ReadError::Content { path: path.to_path_buf(), reason };
-        let mut file = ArrayFile::open(path).map_err(in_body)?;
+        let mut file = ArrayFile::open(input).map_err(in_body)?;
         let (mut apart, mut is_named) = (false, false);
         let first = file.read(|name, _| {
             apart |= name == "exprdirs";

@@ -52,7 +52,8 @@ impl Gender {
     /// `basicModel_m_lbs_10_207_0.pkl`, or else from the name of its folder, such as
     /// `smplh/male/model.npz`, because published models don't state the gender inside. `None` if
     /// the name has no gender, or several.
-    pub fn of_file(path: &Path) -> Option<Self> {
+    pub fn of_file(path: impl AsRef<Path>) -> Option<Self> {
+        let path = path.as_ref();
         let parent = path.parent().and_then(Path::file_name);
         let named = |name: Option<&std::ffi::OsStr>, letters: bool| {
             let name = name?.to_string_lossy().into_owned();

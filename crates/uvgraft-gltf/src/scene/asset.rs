@@ -8,6 +8,7 @@ use std::path::{Component, Path, PathBuf};
 
 use base64::Engine as _;
 use base64::engine::general_purpose::STANDARD;
+use uvgraft_io::input::Input;
 
 use super::check::too_many;
 use super::document::{Buffer, Document};
@@ -20,6 +21,11 @@ pub(super) const MAX_BYTES: u64 = 1 << 30;
 const MAX_JSON_BYTES: u64 = 1 << 29;
 /// Limit of objects in the JSON, each of which takes a few hundred bytes in memory.
 const MAX_OBJECTS: u64 = 1 << 20;
+
+/// The folder of a file's external files; bytes have none.
+pub(super) fn folder_of(input: &Input) -> Option<&Path> {
+    input.path().map(|path| path.parent().unwrap_or(Path::new("")))
+}
 
 /// A file split into its parts. Their contents are not validated yet.
 pub(super) struct Asset<'a> {

@@ -43,10 +43,10 @@ use std::path::Path;
 
 use glam::Affine3A;
 use uvgraft::Texture;
-use uvgraft_io::input::{ReadError, read_file};
+use uvgraft_io::input::{Input, ReadError};
 
 use self::accessor::Accessors;
-use self::asset::{Asset, MAX_BYTES};
+use self::asset::{Asset, MAX_BYTES, folder_of};
 use self::check::{find, too_many};
 pub use self::clip::Clip;
 use self::document::Document;
@@ -144,13 +144,14 @@ impl Scene {
         Self::read_in(bytes, None)
     }
 
-    /// Reads a GLB, VRM or glTF file and the external files that it refers to.
+    /// Reads a GLB, VRM or glTF file and the external files that it refers to, which bytes cannot
+    /// have.
     ///
     /// # Errors
-    /// As [`Scene::read`], with the path; also if it refers to a file outside its folder.
-    pub fn load(path: &Path) -> Result<Self, ReadError<SceneError>> {
-        let folder = path.parent().unwrap_or(Path::new(""));
-        read_file(path, MAX_BYTES, |bytes| Self::read_in(bytes, Some(folder)))
+    /// As [`Scene::read`], with the path or name; also if it refers to a file outside its folder.
+    pub fn load(input: impl Into<Input>) -> Result<Self, ReadError<SceneError>> {
+        let input = input.into();
+        input.parse(MAX_BYTES, |bytes| Self::read_in(bytes, folder_of(&input)))
     }
 
     fn read_in(bytes: &[u8], folder: Option<&Path>) -> Result<Self, SceneError> {

@@ -1,14 +1,12 @@
 //! Files of arrays by name, in any supported format.
 
-use std::path::Path;
-
 use super::archive::ArchiveInMemory;
 use super::collect::Collector;
 use super::error::{ArraysError, MAX_FILE_BYTES, MAX_UNPACKED_BYTES, foreign_file};
 use super::named::NamedArrays;
 use super::npz;
 use super::numeric::NumericArray;
-use crate::input::{ReadError, read_file};
+use crate::input::{Input, ReadError};
 use crate::pickle;
 
 /// Reads arrays by name. The format is detected from the content:
@@ -73,6 +71,6 @@ fn parse_within(bytes: &[u8], most_unpacked: u64) -> Result<NamedArrays, ArraysE
 /// # Errors
 /// [`ReadError`] if the file cannot be read, is larger than [`MAX_FILE_BYTES`], or is rejected by
 /// [`parse`]. Each names the file.
-pub fn read(path: &Path) -> Result<NamedArrays, ReadError<ArraysError>> {
-    read_file(path, MAX_FILE_BYTES, parse)
+pub fn read(input: impl Into<Input>) -> Result<NamedArrays, ReadError<ArraysError>> {
+    input.into().parse(MAX_FILE_BYTES, parse)
 }

@@ -4,9 +4,10 @@
 //! no more than what was requested. A pickle must be read as a whole.
 
 use std::fs::File;
-use std::io::{BufReader, Read};
+use std::io::{self, BufReader, Cursor, Read, Seek};
 use std::ops::Range;
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
+use std::sync::Arc;
 
 use super::archive::Archive;
 use super::error::{ArraysError, MAX_FILE_BYTES, MAX_UNPACKED_BYTES, Unread};
@@ -16,7 +17,7 @@ use super::npy;
 use super::npz;
 use super::parse::parse;
 use super::pieces::{decode, unreadable};
-use crate::input::{ReadError, read_file};
+use crate::input::{Input, ReadError};
 use crate::numpy::MAGIC;
 
 /// Which part of an array is requested.
@@ -33,15 +34,20 @@ pub enum ArraySelection {
 
 /// A file of arrays by name that can be read in part.
 pub struct ArrayFile {
-    path: PathBuf,
+    name: PathBuf,
     content: Source,
 }
 
 enum Source {
-    Zip(Archive<BufReader<File>>),
+    Zip(Archive<Box<dyn Zipped>>),
     /// The remaining arrays of a file that had to be read as a whole.
     Whole(NamedArrays),
 }
+
+/// A file, or bytes in memory.
+trait Zipped: Read + Seek + Send + Sync {}
+
+impl<T: Read + Seek + Send + Sync> Zipped for T {}
 
 /// Maximum length of an NPY header that is read without its array.
 const MAX_HEADER: u64 = 1 << 20;
@@ -51,29 +57,23 @@ impl ArrayFile {
     ///
     /// # Errors
     /// [`ReadError`] as [`read`](super::read).
-    pub fn open(path: &Path) -> Result<Self, ReadError<ArraysError>> {
-        let io = |reason| ReadError::Io { path: path.to_path_buf(), reason };
-        let whole = || {
-            let content = Source::Whole(read_file(path, MAX_FILE_BYTES, parse)?);
-            Ok(Self { path: path.to_path_buf(), content })
-        };
-        let mut start = [0; 2];
-        let mut file = File::open(path).map_err(io)?;
-        let told = file.metadata().map_err(io)?;
-        // A pipe cannot be read twice, and the size limit is checked in one place.
-        if !told.is_file() || told.len() > MAX_FILE_BYTES {
-            return whole();
+    pub fn open(input: impl Into<Input>) -> Result<Self, ReadError<ArraysError>> {
+        Self::open_input(&input.into())
+    }
+
+    fn open_input(input: &Input) -> Result<Self, ReadError<ArraysError>> {
+        let name = || input.name().to_path_buf();
+        let zipped = zipped(input).map_err(|reason| ReadError::Io { path: name(), reason })?;
+        if let Some(zipped) = zipped {
+            let archive = Archive::new(zipped, MAX_UNPACKED_BYTES)
+                .map_err(|reason| ReadError::Content { path: name(), reason })?;
+            let is_torch = |name: &String| name == "data.pkl" || name.ends_with("/data.pkl");
+            if !archive.names().iter().any(is_torch) {
+                return Ok(Self { name: name(), content: Source::Zip(archive) });
+            }
         }
-        if file.read(&mut start).map_err(io)? < 2 || start != *b"PK" {
-            return whole();
-        }
-        let archive = Archive::new(BufReader::new(file), MAX_UNPACKED_BYTES)
-            .map_err(|reason| ReadError::Content { path: path.to_path_buf(), reason })?;
-        let is_torch = |name: &String| name == "data.pkl" || name.ends_with("/data.pkl");
-        if archive.names().iter().any(is_torch) {
-            return whole();
-        }
-        Ok(Self { path: path.to_path_buf(), content: Source::Zip(archive) })
+        let content = Source::Whole(input.parse(MAX_FILE_BYTES, parse)?);
+        Ok(Self { name: name(), content })
     }
 
     /// Reads some of the arrays. Floats of 64 bits are rounded to 32. For files that had to be read
@@ -92,8 +92,28 @@ impl ArrayFile {
             Source::Zip(archive) => from_archive(archive, &mut wanted),
             Source::Whole(arrays) => from_memory(arrays, &mut wanted),
         };
-        found.map_err(|reason| ReadError::Content { path: self.path.clone(), reason })
+        found.map_err(|reason| ReadError::Content { path: self.name.clone(), reason })
     }
+}
+
+/// What looks like a ZIP archive that can be read in part; `None` if it must be read as a whole.
+fn zipped(input: &Input) -> io::Result<Option<Box<dyn Zipped>>> {
+    let path = match input {
+        Input::File(path) => path,
+        Input::Bytes { bytes, .. } => {
+            let is_zip = bytes.starts_with(b"PK") && bytes.len() as u64 <= MAX_FILE_BYTES;
+            return Ok(is_zip.then(|| Box::new(Cursor::new(Arc::clone(bytes))) as Box<dyn Zipped>));
+        }
+    };
+    let mut file = File::open(path)?;
+    let told = file.metadata()?;
+    // A pipe cannot be read twice, and the size limit is checked in one place.
+    if !told.is_file() || told.len() > MAX_FILE_BYTES {
+        return Ok(None);
+    }
+    let mut start = [0; 2];
+    let is_zip = file.read(&mut start)? == 2 && start == *b"PK";
+    Ok(is_zip.then(|| Box::new(BufReader::new(file)) as Box<dyn Zipped>))
 }
 
 fn from_memory(
@@ -131,7 +151,7 @@ fn from_memory(
 }
 
 fn from_archive(
-    archive: &mut Archive<BufReader<File>>,
+    archive: &mut Archive<Box<dyn Zipped>>,
     wanted: &mut dyn FnMut(&str, &[usize]) -> ArraySelection,
 ) -> Result<NamedArrays, ArraysError> {
     npz::each(archive, |archive, index, name, collector| {

@@ -45,8 +45,8 @@ pub fn write_npz(arrays: &NamedArrays, out: impl Write + Seek) -> io::Result<()>
 ///
 /// # Errors
 /// If the file cannot be written; an existing file is then unchanged.
-pub fn save_npz(arrays: &NamedArrays, path: &Path) -> io::Result<()> {
-    write_atomically(path, |out| write_npz(arrays, out))
+pub fn save_npz(arrays: &NamedArrays, path: impl AsRef<Path>) -> io::Result<()> {
+    write_atomically(path.as_ref(), |out| write_npz(arrays, out))
 }
 
 /// Writes arrays as a compressed NPZ archive, as `numpy.savez_compressed` does: as [`write_npz`],
@@ -78,8 +78,8 @@ pub fn write_npz_compressed(arrays: &NamedArrays, out: impl Write + Seek) -> io:
 ///
 /// # Errors
 /// If the file cannot be written; an existing file is then unchanged.
-pub fn save_npz_compressed(arrays: &NamedArrays, path: &Path) -> io::Result<()> {
-    write_atomically(path, |out| write_npz_compressed(arrays, out))
+pub fn save_npz_compressed(arrays: &NamedArrays, path: impl AsRef<Path>) -> io::Result<()> {
+    write_atomically(path.as_ref(), |out| write_npz_compressed(arrays, out))
 }
 
 fn write_compact(array: &NumericArray, out: &mut Vec<u8>) -> io::Result<()> {

@@ -21,7 +21,7 @@ use sha2::{Digest, Sha256};
 
 pub use geometry::{CanonicalMesh, LANDMARKS, TRIANGLES};
 
-use crate::input::{ReadError, read_file};
+use crate::input::{Input, ReadError};
 use crate::output::write_atomically;
 use crate::pair_file::hex;
 use crate::tflite::{self, Model, TfliteError};
@@ -236,17 +236,17 @@ pub fn decode(bytes: &[u8]) -> Result<FaceNetworkFiles, FaceNetworksError> {
 ///
 /// # Errors
 /// [`ReadError`] with the path and what is wrong.
-pub fn read(path: &Path) -> Result<FaceModels, ReadError<FaceNetworksError>> {
-    read_file(path, MAX_BYTES, |bytes| decode(bytes)?.parse())
+pub fn read(input: impl Into<Input>) -> Result<FaceModels, ReadError<FaceNetworksError>> {
+    input.into().parse(MAX_BYTES, |bytes| decode(bytes)?.parse())
 }
 
 /// Writes a file of face networks; after a crash, an existing file is unchanged.
 ///
 /// # Errors
 /// Those of encoding or writing.
-pub fn write(files: &FaceNetworkFiles, path: &Path) -> io::Result<()> {
+pub fn write(files: &FaceNetworkFiles, path: impl AsRef<Path>) -> io::Result<()> {
     let bytes = encode(files).map_err(io::Error::other)?;
-    write_atomically(path, |out| out.write_all(&bytes))
+    write_atomically(path.as_ref(), |out| out.write_all(&bytes))
 }
 
 fn container(error: &dyn std::error::Error) -> FaceNetworksError {

@@ -38,7 +38,11 @@ pub struct TextureFile {
 ///
 /// # Errors
 /// [`ReadError`], with the path, if a folder cannot be read, or there is no texture.
-pub fn find(workspace: &Path) -> Result<TextureFile, ReadError<FateError>> {
+pub fn find(workspace: impl AsRef<Path>) -> Result<TextureFile, ReadError<FateError>> {
+    find_in(workspace.as_ref())
+}
+
+fn find_in(workspace: &Path) -> Result<TextureFile, ReadError<FateError>> {
     let mut bakings = vec![workspace.to_owned()];
     bakings.extend(
         entries(workspace)?.into_iter().filter(|path| name(path).starts_with("baking")).rev(),

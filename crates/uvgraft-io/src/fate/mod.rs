@@ -28,7 +28,7 @@ pub use self::find::{TextureFile, TextureSource, find};
 use self::resample::{Planes, Upright};
 use crate::arrays::{ArraysError, MAX_FILE_BYTES, NamedArrays};
 use crate::image::{self, ImageError};
-use crate::input::{ReadError, read_file};
+use crate::input::{Input, ReadError};
 use crate::torch;
 
 /// The size that FATE bakes at.
@@ -94,7 +94,7 @@ pub struct FateTexture {
 pub struct FateRead {
     /// The texture.
     pub texture: FateTexture,
-    /// Path of the colours.
+    /// Path or name of the colours.
     pub file: PathBuf,
     /// Kind of the source.
     pub kind: TextureSource,
@@ -124,23 +124,28 @@ pub fn parse_dump(bytes: &[u8], size: u32) -> Result<FateTexture, FateError> {
     Ok(FateTexture { color: color.texture(size, |value| value)?, confidence })
 }
 
-/// Reads a dump, or the newest texture of a workspace, resampled to `size` × `size` texels; see
+/// Reads a dump, or the newest texture of a workspace (a folder), resampled to `size` × `size` texels; see
 /// [`find`] and [`parse_dump`].
 ///
 /// # Errors
 /// [`ReadError`], with the path, if there is no texture, or it cannot be read or is rejected.
-pub fn read(path: &Path, size: u32) -> Result<FateRead, ReadError<FateError>> {
-    let (file, kind) = if path.is_dir() {
-        let TextureFile { file, kind, .. } = find(path)?;
-        (file, kind)
-    } else {
-        (path.to_owned(), TextureSource::Dump)
+pub fn read(input: impl Into<Input>, size: u32) -> Result<FateRead, ReadError<FateError>> {
+    read_input(input.into(), size)
+}
+
+fn read_input(input: Input, size: u32) -> Result<FateRead, ReadError<FateError>> {
+    let (input, kind) = match input.path().filter(|path| path.is_dir()) {
+        Some(workspace) => {
+            let TextureFile { file, kind, .. } = find(workspace)?;
+            (Input::File(file), kind)
+        }
+        None => (input, TextureSource::Dump),
     };
     let texture = match kind {
-        TextureSource::Dump => read_file(&file, MAX_FILE_BYTES, |bytes| parse_dump(bytes, size))?,
-        TextureSource::Picture => read_pictures(&file, size)?,
+        TextureSource::Dump => input.parse(MAX_FILE_BYTES, |bytes| parse_dump(bytes, size))?,
+        TextureSource::Picture => read_pictures(input.name(), size)?,
     };
-    Ok(FateRead { texture, file, kind })
+    Ok(FateRead { texture, file: input.name().to_path_buf(), kind })
 }
 
 /// The `C` planes of a tensor of shape `[1, C, N, N]`, where `N` must be `side` if given.

@@ -1,19 +1,16 @@
 //! Reads images in bands of rows, top to bottom.
 
-use std::fs::File;
-use std::io::{self, BufRead, BufReader, Cursor, Seek};
-use std::path::{Path, PathBuf};
+use std::io::{BufRead, Cursor, Seek};
+use std::path::PathBuf;
 
 use uvgraft::texture::{Depth, Size, Texels, Texture};
 
 use super::header::{check_backed, detect};
+use super::opened::Content;
 use super::orientation::Orientation;
 use super::png::RowDecoder;
-use super::{
-    Decoded, Format, Header, Image, ImageError, MAX_FILE_BYTES, ReadError, TextureSpec, convert,
-    header,
-};
-use crate::input::read_at_most;
+use super::{Decoded, Format, Header, Image, ImageError, ReadError, TextureSpec, convert, header};
+use crate::input::Input;
 
 /// An image decoded in bands of rows, with the same result as [`decode`].
 ///
@@ -36,14 +33,14 @@ pub struct BandDecoder<'a> {
 }
 
 enum Rows<'a> {
-    Png(Box<RowDecoder<Box<dyn Input + 'a>>>),
+    Png(Box<RowDecoder<Box<dyn Stream + 'a>>>),
     Whole(Texels),
 }
 
 /// The source of an image.
-trait Input: BufRead + Seek + Send {}
+pub(super) trait Stream: BufRead + Seek + Send {}
 
-impl<T: BufRead + Seek + Send> Input for T {}
+impl<T: BufRead + Seek + Send> Stream for T {}
 
 impl<'a> BandDecoder<'a> {
     /// Reads everything before the texels.
@@ -59,7 +56,7 @@ impl<'a> BandDecoder<'a> {
         }
     }
 
-    fn png(input: Box<dyn Input + 'a>, length: u64) -> Result<Self, ImageError> {
+    pub(super) fn png(input: Box<dyn Stream + 'a>, length: u64) -> Result<Self, ImageError> {
         let decoder = RowDecoder::new(input)?;
         let stored = decoder.header();
         let icc = header::check_icc(decoder.icc())?;
@@ -72,7 +69,7 @@ impl<'a> BandDecoder<'a> {
         Ok(Self::from_rows(header, icc, Rows::Png(Box::new(decoder)), length))
     }
 
-    fn whole(bytes: &[u8]) -> Result<Self, ImageError> {
+    pub(super) fn whole(bytes: &[u8]) -> Result<Self, ImageError> {
         let format = detect(bytes)?;
         let length = bytes.len() as u64;
         // Whatever else is wrong with a header, decoding says.
@@ -250,9 +247,9 @@ fn copy(whole: &Texels, from: usize, to: &mut Texels) {
     }
 }
 
-/// A [`BandDecoder`] of a file, with the path in its errors.
+/// A [`BandDecoder`] of a file or of bytes, with the path or name in its errors.
 ///
-/// PNGs are decoded while they are read, which is faster than reading them first: touching fresh
+/// PNGs of files are decoded while they are read, which is faster than reading them first: touching fresh
 /// memory costs more than the copy.
 pub struct BandReader {
     path: PathBuf,
@@ -260,27 +257,25 @@ pub struct BandReader {
 }
 
 impl BandReader {
-    /// Opens a file and reads everything before its texels.
+    /// Opens an image and reads everything before its texels.
     ///
     /// # Errors
     /// [`ReadError`], with the path, if the file cannot be read, or as [`BandDecoder::new`].
-    pub fn open(path: &Path) -> Result<Self, ReadError> {
-        let bad = |reason| ReadError::Io { path: path.into(), reason };
-        let decoder = if let Some(file) = streamed(path).map_err(bad)? {
-            let length = file.get_ref().metadata().map_err(bad)?.len();
-            BandDecoder::png(Box::new(file), length)
-        } else {
-            let bytes = read_at_most(path, MAX_FILE_BYTES).map_err(bad)?;
-            match Format::detect(&bytes) {
-                Some(Format::Png) => {
-                    let length = bytes.len() as u64;
-                    BandDecoder::png(Box::new(Cursor::new(bytes)), length)
-                }
-                _ => BandDecoder::whole(&bytes),
-            }
-        };
-        let decoder = decoder.map_err(|reason| ReadError::Content { path: path.into(), reason })?;
-        Ok(Self { path: path.into(), decoder })
+    pub fn open(input: impl Into<Input>) -> Result<Self, ReadError> {
+        let input = input.into();
+        let path = input.name().to_path_buf();
+        match Content::open(&input) {
+            Ok(content) => Self::of(path, content),
+            Err(reason) => Err(ReadError::Io { path, reason }),
+        }
+    }
+
+    pub(super) fn of(path: PathBuf, content: Content) -> Result<Self, ReadError> {
+        match content.into_decoder() {
+            Ok(Ok(decoder)) => Ok(Self { path, decoder }),
+            Ok(Err(reason)) => Err(ReadError::Content { path, reason }),
+            Err(reason) => Err(ReadError::Io { path, reason }),
+        }
     }
 
     /// As [`BandDecoder::header`].
@@ -345,21 +340,4 @@ impl BandReader {
     pub fn recycle(&mut self, band: Texture) {
         self.decoder.recycle(band);
     }
-}
-
-/// A PNG that can be decoded while it is read; `None` for a pipe, whose end cannot be checked
-/// first.
-fn streamed(path: &Path) -> io::Result<Option<BufReader<File>>> {
-    /// Chunks up to this size are skipped without another read.
-    const BUFFER: usize = 1 << 16;
-    if !path.metadata()?.is_file() {
-        return Ok(None);
-    }
-    let file = File::open(path)?;
-    if file.metadata()?.len() > MAX_FILE_BYTES {
-        return Ok(None);
-    }
-    let mut file = BufReader::with_capacity(BUFFER, file);
-    let is_png = Format::detect(file.fill_buf()?) == Some(Format::Png);
-    Ok(is_png.then_some(file))
 }

@@ -221,6 +221,15 @@ impl BandWriter {
     /// [`WriteError`], with the path, if the extension is missing or unknown, the format cannot
     /// store the image or the folder cannot be written.
     pub fn create(
+        path: impl AsRef<Path>,
+        spec: TextureSpec,
+        icc: Option<&[u8]>,
+        options: &WriteOptions,
+    ) -> Result<Self, WriteError> {
+        Self::create_at(path.as_ref(), spec, icc, options)
+    }
+
+    fn create_at(
         path: &Path,
         spec: TextureSpec,
         icc: Option<&[u8]>,

@@ -51,8 +51,8 @@ impl Format {
     }
 
     /// The format of a path, by its extension.
-    pub fn from_path(path: &Path) -> Option<Self> {
-        Self::from_extension(path.extension()?.to_str()?)
+    pub fn from_path(path: impl AsRef<Path>) -> Option<Self> {
+        Self::from_extension(path.as_ref().extension()?.to_str()?)
     }
 
     /// The format of a file, by its first bytes; 12 are enough.

@@ -33,13 +33,13 @@ mod exr;
 mod format;
 mod header;
 mod jpeg;
+mod opened;
 mod orientation;
 mod png;
 mod segments;
 mod tiff;
 mod webp;
 
-use std::fs::File;
 use std::io::{BufRead, BufReader, Cursor, Seek, SeekFrom, Write};
 use std::path::Path;
 
@@ -54,7 +54,9 @@ use self::header::StoredHeader;
 pub use self::header::{
     Header, MAX_BYTES, MAX_ICC_BYTES, MAX_RATIO, MAX_UNBACKED_BYTES, MAX_WHOLE_TEXELS, TextureSpec,
 };
+pub use self::opened::{OpenImage, open};
 pub use self::segments::{Segment, Segments};
+use crate::input::{self, Input};
 use crate::output::write_atomically;
 
 /// A texture with its colour profile.
@@ -156,24 +158,32 @@ impl Decoded {
     }
 }
 
-/// Reads and decodes a file.
+/// Reads and decodes an image.
 ///
 /// # Errors
-/// [`ReadError`], with the path, if the file cannot be read or [`decode`] rejects it.
-pub fn read(path: &Path) -> Result<Image, ReadError> {
-    BandReader::open(path)?.read_whole()
+/// [`ReadError`], with the path or name, if the file cannot be read or [`decode`] rejects it.
+pub fn read(input: impl Into<Input>) -> Result<Image, ReadError> {
+    BandReader::open(input)?.read_whole()
 }
 
 /// Enough for an uncompressed image of the largest size, its profile and its tags.
 const MAX_FILE_BYTES: u64 = MAX_BYTES + (1 << 26);
 
-/// The properties of a file's image, from its header alone.
+/// The properties of an image, from its header alone. [`open`] gives the texels too.
 ///
 /// # Errors
-/// [`ReadError`], with the path, if the file cannot be read or its header is one that [`decode`]
-/// rejects.
-pub fn read_header(path: &Path) -> Result<Header, ReadError> {
-    header_of(&mut open(path)?).map_err(|reason| ReadError::Content { path: path.into(), reason })
+/// [`ReadError`], with the path or name, if the file cannot be read or its header is one that
+/// [`decode`] rejects.
+pub fn read_header(input: impl Into<Input>) -> Result<Header, ReadError> {
+    let input = input.into();
+    let header = match &input {
+        Input::File(path) => match input::open(path) {
+            Ok((file, _)) => header_of(&mut BufReader::new(file)),
+            Err(reason) => return Err(ReadError::Io { path: path.clone(), reason }),
+        },
+        Input::Bytes { bytes, .. } => decode_header(bytes),
+    };
+    header.map_err(|reason| ReadError::Content { path: input.name().into(), reason })
 }
 
 /// The properties of an image in memory, from its header alone.
@@ -193,10 +203,9 @@ pub fn decode_header(bytes: &[u8]) -> Result<Header, ImageError> {
 /// been scaled, but not cropped.
 ///
 /// # Errors
-/// As [`read_header`].
-pub fn read_focal_length_px(path: &Path) -> Result<Option<f64>, ReadError> {
-    focal_length_of(&mut open(path)?)
-        .map_err(|reason| ReadError::Content { path: path.into(), reason })
+/// As [`open`].
+pub fn read_focal_length_px(input: impl Into<Input>) -> Result<Option<f64>, ReadError> {
+    Ok(open(input)?.focal_length_px())
 }
 
 /// The focal length of a photo in memory; see [`read_focal_length_px`].
@@ -204,26 +213,22 @@ pub fn read_focal_length_px(path: &Path) -> Result<Option<f64>, ReadError> {
 /// # Errors
 /// As [`decode_header`].
 pub fn decode_focal_length_px(bytes: &[u8]) -> Result<Option<f64>, ImageError> {
-    focal_length_of(&mut Cursor::new(bytes))
+    camera_header_of(&mut Cursor::new(bytes)).map(|(_, focal_length_px)| focal_length_px)
 }
 
-fn focal_length_of(reader: &mut (impl BufRead + Seek)) -> Result<Option<f64>, ImageError> {
-    let (format, header) = stored_header_of(reader)?;
+/// The header, and what the camera says about its focal length, in pixels.
+fn camera_header_of(
+    reader: &mut (impl BufRead + Seek),
+) -> Result<(Header, Option<f64>), ImageError> {
+    let (format, stored) = stored_header_of(reader)?;
     let focal = if format == Format::Tiff {
         reader.rewind().map_err(|error| ImageError::damaged(format, error))?;
         tiff::focal_length(reader)
     } else {
-        header.focal
+        stored.focal
     };
-    Ok(focal.pixels(header.orientation.size(header.size)))
-}
-
-fn open(path: &Path) -> Result<BufReader<File>, ReadError> {
-    let bad = |reason| ReadError::Io { path: path.into(), reason };
-    if path.is_dir() {
-        return Err(bad(std::io::Error::other("must be a file, but is a folder")));
-    }
-    File::open(path).map(BufReader::new).map_err(bad)
+    let header = stored.public(format);
+    Ok((header, focal.pixels(header.size)))
 }
 
 /// Reads the header from `reader`, and rejects images that are too large.
@@ -284,7 +289,12 @@ pub fn encode(
 /// # Errors
 /// [`WriteError`], with the path, if the extension is missing or unknown, or encoding or writing
 /// fails; an existing file is then unchanged.
-pub fn write(image: &Image, path: &Path, options: &WriteOptions) -> Result<Written, WriteError> {
+pub fn write(
+    image: &Image,
+    path: impl AsRef<Path>,
+    options: &WriteOptions,
+) -> Result<Written, WriteError> {
+    let path = path.as_ref();
     let format =
         Format::from_path(path).ok_or_else(|| WriteError::Extension { path: path.into() })?;
     let mut written = Written::default();

@@ -20,7 +20,7 @@ use serde::{Deserialize, Serialize};
 use sha2::{Digest, Sha256};
 use uvgraft_metrics::lpips::{ConvolutionWeights, LpipsNetwork, LpipsWeights, LpipsWeightsError};
 
-use crate::input::{ReadError, read_file};
+use crate::input::{Input, ReadError};
 use crate::output::write_atomically;
 use crate::pair_file::hex;
 
@@ -186,19 +186,19 @@ pub fn decode(bytes: &[u8], network: LpipsNetwork) -> Result<LpipsWeights, Weigh
 /// # Errors
 /// [`ReadError`] with the path and what is wrong.
 pub fn read(
-    path: &Path,
+    input: impl Into<Input>,
     network: LpipsNetwork,
 ) -> Result<LpipsWeights, ReadError<WeightsFileError>> {
-    read_file(path, MAX_BYTES, |bytes| decode(bytes, network))
+    input.into().parse(MAX_BYTES, |bytes| decode(bytes, network))
 }
 
 /// Writes a weights file; after a crash, an existing file is unchanged.
 ///
 /// # Errors
 /// Those of encoding or writing.
-pub fn write(both: &BothNetworks, path: &Path) -> io::Result<()> {
+pub fn write(both: &BothNetworks, path: impl AsRef<Path>) -> io::Result<()> {
     let bytes = encode(both).map_err(io::Error::other)?;
-    write_atomically(path, |out| out.write_all(&bytes))
+    write_atomically(path.as_ref(), |out| out.write_all(&bytes))
 }
 
 fn kernel_name(network: LpipsNetwork, index: usize) -> String {

@@ -5,14 +5,13 @@
 //! layers of LPIPS 0.1.
 
 use std::io::Read;
-use std::path::Path;
 
 use flate2::read::GzDecoder;
 use sha2::{Digest, Sha256};
 use uvgraft_metrics::lpips::{ConvolutionWeights, LpipsNetwork, LpipsWeights, LpipsWeightsError};
 
 use super::BothNetworks;
-use crate::input::{ReadError, read_file};
+use crate::input::{Input, ReadError};
 use crate::pair_file::hex;
 use crate::pickle::{self, PickleError, Value};
 
@@ -97,8 +96,8 @@ pub fn import(bytes: &[u8]) -> Result<BothNetworks, ImportError> {
 ///
 /// # Errors
 /// [`ReadError`] with the path and what is wrong.
-pub fn read(path: &Path) -> Result<BothNetworks, ReadError<ImportError>> {
-    read_file(path, MAX_BYTES, import)
+pub fn read(input: impl Into<Input>) -> Result<BothNetworks, ReadError<ImportError>> {
+    input.into().parse(MAX_BYTES, import)
 }
 
 const fn checkpoint(network: LpipsNetwork) -> &'static str {

@@ -50,8 +50,8 @@ pub fn write(mesh: &Mesh, out: &mut impl Write) -> io::Result<()> {
 ///
 /// # Errors
 /// Those of creating, writing and renaming the file; an existing file is then unchanged.
-pub fn save(mesh: &Mesh, path: &Path) -> io::Result<()> {
-    write_atomically(path, |out| write(mesh, out))
+pub fn save(mesh: &Mesh, path: impl AsRef<Path>) -> io::Result<()> {
+    write_atomically(path.as_ref(), |out| write(mesh, out))
 }
 
 /// `1 - v`, rounded to the fewest decimals from which the reader's flip restores `v`.

@@ -91,7 +91,8 @@ fn start(
 ///
 /// # Errors
 /// [`CsrError`]; an existing file is then unchanged.
-pub fn save_csr(operator: &Operator, path: &Path) -> Result<u64, CsrError> {
+pub fn save_csr(operator: &Operator, path: impl AsRef<Path>) -> Result<u64, CsrError> {
+    let path = path.as_ref();
     let folder = path.parent().filter(|folder| !folder.as_os_str().is_empty());
     let mut count = 0;
     write_atomically(path, |out| {

@@ -43,6 +43,6 @@ pub fn write_npy(map: &SamplingMap, out: &mut impl Write) -> io::Result<()> {
 ///
 /// # Errors
 /// Those of creating, writing and renaming the file; an existing file is then unchanged.
-pub fn save_npy(map: &SamplingMap, path: &Path) -> io::Result<()> {
-    write_atomically(path, |out| write_npy(map, out))
+pub fn save_npy(map: &SamplingMap, path: impl AsRef<Path>) -> io::Result<()> {
+    write_atomically(path.as_ref(), |out| write_npy(map, out))
 }

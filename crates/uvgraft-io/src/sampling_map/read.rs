@@ -1,13 +1,11 @@
 //! Reads maps that this program, the reference implementation or a compositor wrote.
 
-use std::path::Path;
-
 use uvgraft::{SamplingMap, Size, Texels, Texture};
 
 use super::{Convention, MapFileError};
 use crate::arrays::{self, NamedArrays, NumericArray};
 use crate::image::{self, Format};
-use crate::input::{ReadError, read_file};
+use crate::input::{Input, ReadError};
 use crate::numpy;
 
 /// Larger files are rejected by [`read`] before they are loaded: enough for an uncompressed image of
@@ -47,8 +45,8 @@ pub fn parse(bytes: &[u8]) -> Result<SamplingMap, MapFileError> {
 /// # Errors
 /// [`ReadError`] if the file cannot be read, is larger than [`MAX_FILE_BYTES`], or is rejected by
 /// [`parse`]. Each names the file.
-pub fn read(path: &Path) -> Result<SamplingMap, ReadError<MapFileError>> {
-    read_file(path, MAX_FILE_BYTES, parse)
+pub fn read(input: impl Into<Input>) -> Result<SamplingMap, ReadError<MapFileError>> {
+    input.into().parse(MAX_FILE_BYTES, parse)
 }
 
 type Positions = (Size, Vec<[f32; 2]>);

@@ -127,8 +127,12 @@ pub fn write_npz(
 ///
 /// # Errors
 /// Those of creating, writing and renaming the file; an existing file is then unchanged.
-pub fn save_npz(map: &SamplingMap, convention: Convention, path: &Path) -> io::Result<()> {
-    write_atomically(path, |out| write_npz(map, convention, out))
+pub fn save_npz(
+    map: &SamplingMap,
+    convention: Convention,
+    path: impl AsRef<Path>,
+) -> io::Result<()> {
+    write_atomically(path.as_ref(), |out| write_npz(map, convention, out))
 }
 
 #[cfg(test)]

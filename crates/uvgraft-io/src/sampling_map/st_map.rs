@@ -36,6 +36,6 @@ pub fn write_st_map(map: &SamplingMap, out: &mut (impl Write + Seek)) -> Result<
 ///
 /// # Errors
 /// Those of creating, writing and renaming the file; an existing file is then unchanged.
-pub fn save_st_map(map: &SamplingMap, path: &Path) -> Result<(), EncodeError> {
-    write_atomically(path, |out| write_st_map(map, out))
+pub fn save_st_map(map: &SamplingMap, path: impl AsRef<Path>) -> Result<(), EncodeError> {
+    write_atomically(path.as_ref(), |out| write_st_map(map, out))
 }

@@ -63,8 +63,8 @@ pub fn write_pth(arrays: &NamedArrays, out: impl Write + Seek) -> io::Result<()>
 ///
 /// # Errors
 /// As [`write_pth`]; an existing file is then unchanged.
-pub fn save_pth(arrays: &NamedArrays, path: &Path) -> io::Result<()> {
-    write_atomically(path, |out| write_pth(arrays, out))
+pub fn save_pth(arrays: &NamedArrays, path: impl AsRef<Path>) -> io::Result<()> {
+    write_atomically(path.as_ref(), |out| write_pth(arrays, out))
 }
 
 fn text(text: &str, pickle: &mut Vec<u8>) -> io::Result<()> {

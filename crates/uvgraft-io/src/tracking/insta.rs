@@ -19,7 +19,7 @@ use super::flame::{FlameParameters, MAX_COEFFICIENTS, Shared, coefficients, from
 use super::paths::{Reach, existing, number, optional, stated};
 use super::transforms::{self, Frame, Optics};
 use super::{Subset, TrackedCamera, TrackedFrame, check_frames};
-use crate::input::{ReadError, read_file};
+use crate::input::{Input, ReadError};
 
 /// Maximum size of a list of coefficients.
 const MAX_BYTES: u64 = 1 << 16;
@@ -124,7 +124,7 @@ fn rotations<const N: usize>(
 /// The numbers of a text file that `numpy.savetxt` writes, one a line.
 fn numbers(path: &Path) -> Result<Vec<f32>, ReadTrackingError> {
     const NAME: &str = "coefficients";
-    read_file(path, MAX_BYTES, |bytes| {
+    Input::from(path).parse(MAX_BYTES, |bytes| {
         let text = std::str::from_utf8(bytes)
             .map_err(|_| TrackingError::value(NAME, "text", "invalid UTF-8"))?;
         let parse = |word: &str| {

@@ -9,7 +9,7 @@ use serde::{Deserialize, Deserializer};
 
 use super::MAX_FRAMES;
 use super::error::{ReadTrackingError, TrackingError};
-use crate::input::read_file;
+use crate::input::Input;
 
 /// Maximum size of a JSON file. Recordings of 16 cameras have about 60 MB.
 pub(super) const MAX_JSON_BYTES: u64 = 1 << 28;
@@ -21,7 +21,7 @@ pub(super) fn read<T: DeserializeOwned>(
     path: &Path,
     wanted: &'static str,
 ) -> Result<T, ReadTrackingError> {
-    read_file(path, MAX_JSON_BYTES, |bytes| {
+    Input::from(path).parse(MAX_JSON_BYTES, |bytes| {
         serde_json::from_slice(bytes)
             .map_err(|error| TrackingError::Json { wanted, reason: error.to_string() })
     })

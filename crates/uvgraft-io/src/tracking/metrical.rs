@@ -24,7 +24,7 @@ use super::paths::{existing, files_with, number, optional};
 use super::rotation::{from_six, transposed};
 use super::{Subset, TrackedCamera, TrackedFrame, check_frames};
 use crate::arrays::{NamedArrays, NumericArray};
-use crate::input::{ReadError, read_file};
+use crate::input::{Input, ReadError};
 use crate::torch;
 
 /// Maximum size of a checkpoint. They have about 10 kB.
@@ -44,7 +44,7 @@ pub(super) fn read(folder: &Path) -> Result<Vec<TrackedFrame>, ReadTrackingError
     let mut shape = Shared::default();
     let mut frames = Vec::with_capacity(files.len());
     for (index, path) in files.into_iter().enumerate() {
-        let (camera, flame) = read_file(&path, MAX_BYTES, |bytes| {
+        let (camera, flame) = Input::from(&path).parse(MAX_BYTES, |bytes| {
             let arrays = torch::parse(bytes)?;
             Ok::<_, TrackingError>((camera(&arrays)?, flame(&arrays, &mut shape)?))
         })?;

@@ -23,7 +23,7 @@ use super::paths::{Reach, existing, files_with, optional, stated};
 use super::transforms::{self, Frame, Optics};
 use super::{Subset, TrackedFrame, check_frames};
 use crate::arrays::{self, NamedArrays};
-use crate::input::{ReadError, read_file};
+use crate::input::{Input, ReadError};
 
 /// Maximum size of a file of parameters. Those with offsets have about 150 kB.
 const MAX_BYTES: u64 = 1 << 26;
@@ -134,7 +134,8 @@ impl Heads {
         if let Some(flame) = self.read.get(path) {
             return Ok(flame.clone());
         }
-        let flame = read_file(path, MAX_BYTES, |bytes| self.parse(&arrays::parse(bytes)?))?;
+        let flame =
+            Input::from(path).parse(MAX_BYTES, |bytes| self.parse(&arrays::parse(bytes)?))?;
         self.read.insert(path.to_owned(), flame.clone());
         Ok(flame)
     }

@@ -10,11 +10,11 @@ mod tests;
 use std::path::Path;
 
 use uvgraft::mesh::{Mesh, MeshError};
-use uvgraft_io::input::{ReadError, read_file};
+use uvgraft_io::input::{Input, ReadError};
 
 use self::gather::Gatherer;
 use super::accessor::Accessors;
-use super::asset::{Asset, MAX_BYTES};
+use super::asset::{Asset, MAX_BYTES, folder_of};
 use super::error::{SceneError, known};
 use super::{Hierarchy, geometry, skins, unpack};
 
@@ -86,13 +86,16 @@ pub fn read_mesh(bytes: &[u8], choice: &MeshChoice) -> Result<Mesh, SceneMeshErr
     read_in(bytes, None, choice)
 }
 
-/// Reads a GLB, VRM or glTF file and its external buffers as one mesh; see [`read_mesh`].
+/// Reads a GLB, VRM or glTF file and its external buffers, which bytes cannot have, as one mesh; see [`read_mesh`].
 ///
 /// # Errors
 /// As [`read_mesh`], with the path; also if it refers to a file outside its folder.
-pub fn load_mesh(path: &Path, choice: &MeshChoice) -> Result<Mesh, ReadError<SceneMeshError>> {
-    let folder = path.parent().unwrap_or(Path::new(""));
-    read_file(path, MAX_BYTES, |bytes| read_in(bytes, Some(folder), choice))
+pub fn load_mesh(
+    input: impl Into<Input>,
+    choice: &MeshChoice,
+) -> Result<Mesh, ReadError<SceneMeshError>> {
+    let input = input.into();
+    input.parse(MAX_BYTES, |bytes| read_in(bytes, folder_of(&input), choice))
 }
 
 fn read_in(

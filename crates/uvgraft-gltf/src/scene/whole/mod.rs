@@ -12,10 +12,10 @@ use std::path::Path;
 use serde_json::{Map, Value, json};
 use uvgraft::Texture;
 use uvgraft_io::image::{self, Format, Image, WriteOptions};
-use uvgraft_io::input::{ReadError, read_file};
+use uvgraft_io::input::{Input, ReadError};
 
 use super::accessor::Accessors;
-use super::asset::{Asset, MAX_BYTES};
+use super::asset::{Asset, MAX_BYTES, folder_of};
 use super::check::find;
 use super::document::Document;
 use super::error::SceneError;
@@ -32,15 +32,15 @@ const RESOLVED: [&str; 5] = [
     "KHR_texture_basisu",
 ];
 
-/// Reads a GLB, VRM or glTF file with the external files that it refers to, and converts it to a
+/// Reads a GLB, VRM or glTF file with the external files that it refers to, which bytes cannot have, and converts it to a
 /// GLB that is self-contained, uncompressed and free of specular-glossiness materials. A file that
 /// already is all this is returned unchanged.
 ///
 /// # Errors
 /// As [`super::Scene::load`]; parts that need no conversion are not validated.
-pub fn whole(path: &Path) -> Result<Vec<u8>, ReadError<SceneError>> {
-    let folder = path.parent().unwrap_or(Path::new(""));
-    read_file(path, MAX_BYTES, |bytes| whole_of(bytes, Some(folder)).map(Cow::into_owned))
+pub fn whole(input: impl Into<Input>) -> Result<Vec<u8>, ReadError<SceneError>> {
+    let input = input.into();
+    input.parse(MAX_BYTES, |bytes| whole_of(bytes, folder_of(&input)).map(Cow::into_owned))
 }
 
 pub(super) fn whole_of<'a>(
