@@ -67,15 +67,12 @@ pub(crate) fn of_reading<E: std::error::Error + 'static>(error: ReadError<E>) ->
     }
 }
 
-/// An error of reading a file by a function that reads several formats.
-pub(crate) fn of_any_file(error: &anyhow::Error, path: &Path) -> PyErr {
-    match error.chain().find_map(|cause| cause.downcast_ref::<io::Error>()) {
-        Some(reason) => of_file(reason, path),
-        // The system is asked again, since not every reader keeps its error.
-        None => match path.metadata() {
-            Err(reason) if !path.to_string_lossy().contains('#') => of_file(&reason, path),
-            _ => failed(format_args!("{error:#}")),
-        },
+/// A failure to read a file by a function that reads several formats.
+pub(crate) fn of_any_file(failure: &Failure, path: &Path) -> PyErr {
+    // The system is asked again, since a failure does not keep its error.
+    match std::fs::File::open(path) {
+        Err(reason) if !path.to_string_lossy().contains('#') => of_file(&reason, path),
+        _ => failed(failure),
     }
 }
 

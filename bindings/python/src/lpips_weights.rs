@@ -36,7 +36,7 @@ pub(crate) fn read(
     network: LpipsNetwork,
     path: Option<&Path>,
 ) -> PyResult<Option<Arc<Lpips>>> {
-    let path = match (path, uvgraft_cli::weights::lpips_path().ok()) {
+    let path = match (path, uvgraft_assembly::weights::lpips_path().ok()) {
         (Some(path), _) => path.to_path_buf(),
         (None, Some(path)) if path.exists() => path,
         (None, _) => return Ok(None),

@@ -6,7 +6,7 @@ use std::sync::Arc;
 use pyo3::prelude::*;
 use pyo3::types::PyTuple;
 use uvgraft::Mesh as CoreMesh;
-use uvgraft_cli::mesh_file;
+use uvgraft_assembly::mesh_file;
 
 use crate::arguments::chosen;
 use crate::arrays::{rows, shaped};

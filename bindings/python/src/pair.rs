@@ -8,7 +8,7 @@ use pyo3::types::{PyBytes, PyTuple};
 use uvgraft::correspond::surface::Align;
 use uvgraft::correspond::{self, By, FindOptions, Method};
 use uvgraft::{LinkError, Mesh as CoreMesh, Pair as CorePair};
-use uvgraft_cli::mesh_file;
+use uvgraft_assembly::mesh_file;
 use uvgraft_io::pair_file::{self, PairFile};
 use uvgraft_io::vertex_map;
 

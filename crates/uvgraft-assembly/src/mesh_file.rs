@@ -375,8 +375,7 @@ mod tests {
         );
         let folder =
             folder(&[("a.obj", &text), ("plain.obj", &format!("{SQUARE}f 1/1 2/2 3/3\n"))]);
-        let load =
-            |name: &str| read(folder.path().join(name)).map_err(|error| error.to_string());
+        let load = |name: &str| read(folder.path().join(name)).map_err(|error| error.to_string());
         for (selector, polygons) in
             [("face", 2), ("cap", 1), ("left", 1), ("lids left", 1), ("skin", 2), ("hair", 2)]
         {

@@ -85,7 +85,8 @@ impl ViewRequest {
                 Ok((input, file_name(input), bytes.map_err(|failure| failure.context(input))?))
             })
             .collect::<Result<Vec<_>>>()?;
-        let textures = files.iter().map(|(input, name, bytes)| Ok((&**name, picture(input, bytes)?)));
+        let textures =
+            files.iter().map(|(input, name, bytes)| Ok((&**name, picture(input, bytes)?)));
         let textures = textures.collect::<Result<Vec<_>>>()?;
         let page = Page { name: &file_name(&self.avatar), model, textures, look_at };
         let mut html = Vec::new();

@@ -59,9 +59,7 @@ fn path(variable: &str, name: &str) -> Result<PathBuf> {
         return Ok(PathBuf::from(path));
     }
     let folder = data_folder().ok_or_else(|| {
-        Failure::input(format!(
-            "no home folder to keep weights in; set {variable} to a file path"
-        ))
+        Failure::input(format!("no home folder to keep weights in; set {variable} to a file path"))
     })?;
     Ok(folder.join("uvgraft").join(name))
 }

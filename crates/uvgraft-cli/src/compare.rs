@@ -13,9 +13,9 @@ use uvgraft_pipeline::Outputs;
 use crate::failure::{OrBadInput, bad_input};
 use crate::heatmap;
 use crate::opacity::warn_unless_opaque;
-use uvgraft_assembly::drawing::check_name;
 use crate::scores::{MetricsOption, Region, Scores};
 use crate::terminal;
+use uvgraft_assembly::drawing::check_name;
 
 /// Compare two textures of the same size
 ///

@@ -95,7 +95,7 @@ fn lpips() -> String {
 }
 
 fn faces() -> String {
-    match weights::face_models() {
+    match uvgraft_assembly::weights::face_models() {
         Ok(Some(models)) if models.iris.is_some() => {
             "imported, with the iris network (Apache-2.0)".to_owned()
         }

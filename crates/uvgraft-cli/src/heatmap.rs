@@ -9,8 +9,8 @@ use std::path::Path;
 use uvgraft::Size;
 use uvgraft_metrics::{Colors, Mask};
 
-use uvgraft_assembly::drawing::{Picture, Rgb};
 use crate::scores::Region;
+use uvgraft_assembly::drawing::{Picture, Rgb};
 
 /// Longest side of the panel in pixels; larger textures are reduced.
 const LONGEST: u32 = 2048;
@@ -47,7 +47,7 @@ pub(crate) fn write(
     path: &Path,
 ) -> anyhow::Result<()> {
     let errors = Errors::new(a, b, regions);
-    errors.draw(title, errors.top()).write(path)
+    Ok(errors.draw(title, errors.top()).write(path)?)
 }
 
 /// Errors in levels of 255, reduced to the size shown.

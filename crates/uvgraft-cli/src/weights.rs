@@ -6,9 +6,7 @@ use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
 use anyhow::Context;
-use uvgraft_assembly::weights::{
-    face_models, face_networks_path, lpips_path, missing_or,
-};
+use uvgraft_assembly::weights::{face_models, face_networks_path, lpips_path, missing_or};
 use uvgraft_io::face_networks::import::{self as face_import, Imported};
 use uvgraft_io::face_networks::{self, FaceNetworksError};
 use uvgraft_io::input::{Input, ReadError};

@@ -35,7 +35,7 @@ impl Failure {
         Self { fault: Fault::Work, message: message.to_string() }
     }
 
-    pub(crate) fn cancelled() -> Self {
+    pub fn cancelled() -> Self {
         Self { fault: Fault::Cancelled, message: "cancelled".to_owned() }
     }
 
@@ -65,7 +65,7 @@ impl Display for Failure {
 impl Error for Failure {}
 
 /// Classifies an error by fault.
-pub(crate) trait Blame<T> {
+pub trait Blame<T> {
     /// The user's fault.
     fn or_input(self) -> Result<T>;
     /// A failure during the work.

@@ -127,7 +127,9 @@ impl RiggedBody {
         check_shape(request, shaped.positions())?;
         let mut avatar = shaped.avatar(mesh.clone()).map_err(|error| {
             let pair = request.pair_name();
-            Failure::input(format!("{file}: body does not match the target mesh of {pair}: {error}"))
+            Failure::input(format!(
+                "{file}: body does not match the target mesh of {pair}: {error}"
+            ))
         })?;
         let solved = shaped.add_expressions(&mut avatar).or_work()?;
         let mut avatar = avatar.standing().or_work()?;

@@ -14,8 +14,9 @@ use crate::notify::Notify;
 pub(super) fn add(file: &Input, body: &mut RiggedBody, observer: &dyn Observer) -> Result<()> {
     let needs = ReadOptions { betas: 0, correctives: false };
     let ModelFile { model, license, .. } = ModelFile::read(file, &needs).or_input()?;
-    let shaped =
-        model.shaped(&Shape::default()).map_err(|error| Failure::input(format!("{file}: {error}")))?;
+    let shaped = model
+        .shaped(&Shape::default())
+        .map_err(|error| Failure::input(format!("{file}: {error}")))?;
     let morphs = shaped.named_expressions();
     if morphs.is_empty() {
         return Err(Failure::input(format!(
@@ -40,7 +41,8 @@ pub(super) fn add(file: &Input, body: &mut RiggedBody, observer: &dyn Observer) 
     let added = add_named(&mut body.avatar, carried.morphs);
     if !added.taken.is_empty() {
         let names = added.taken.join(", ");
-        observer.note(format_args!("{}: already has expressions of these names: {names}", body.name));
+        observer
+            .note(format_args!("{}: already has expressions of these names: {names}", body.name));
     }
     let terms: Vec<String> = body.license.take().into_iter().chain(license).collect();
     let mut lines: Vec<&str> = Vec::new();

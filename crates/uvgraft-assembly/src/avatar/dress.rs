@@ -43,8 +43,7 @@ pub(super) fn base(request: &AvatarRequest, preset: Option<&Preset>) -> Result<T
         Some(BaseSource::Image(image)) => {
             let texture = image::read(image).or_input()?.texture;
             let size = fit(asked.unwrap_or(texture.size()));
-            let texture =
-                texture.resized(size, Filter::Lanczos3, Averaging::Encoded).or_input()?;
+            let texture = texture.resized(size, Filter::Lanczos3, Averaging::Encoded).or_input()?;
             let depth = texture.depth();
             Ok(texture.converted(uvgraft::Channels::Rgb, depth))
         }
@@ -84,7 +83,10 @@ pub(super) fn dress<'a>(
     observer: &'a dyn Observer,
 ) -> Result<Dressed<'a>> {
     let path = &*face.name;
-    let known = KnownTexels::read(request.source_mask.as_ref(), request.fill.as_ref())?;
+    let known = KnownTexels::read(
+        request.source_mask.as_ref().and_then(|i| i.path()),
+        request.fill.as_ref().and_then(|i| i.path()),
+    )?;
     let known = known.with_default_mask(face.confidence, path);
     let face = known.complete(face.texture, Values::Albedo, path)?;
     let how = request.blending.clone().of_avatar();
@@ -114,7 +116,9 @@ pub(super) fn dress<'a>(
     let mut shown = &blend;
     if let Some(toning) = &toning {
         let name = path.display();
-        exclusion_note(toning).into_iter().for_each(|said| observer.note(format_args!("{name}: {said}")));
+        exclusion_note(toning)
+            .into_iter()
+            .for_each(|said| observer.note(format_args!("{name}: {said}")));
         let warnings = toning.report().warnings().into_iter();
         warnings.for_each(|warning| observer.warn(format_args!("{name}: {warning}")));
         shown = toning.narrowed().unwrap_or(shown);

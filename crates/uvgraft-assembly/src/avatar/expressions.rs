@@ -7,7 +7,6 @@ use uvgraft_pipeline::Observer;
 
 use crate::notify::Notify;
 
-
 /// Reports what the body's face cannot express.
 pub(super) fn report(
     model: &Input,
@@ -22,9 +21,13 @@ pub(super) fn report(
         ));
     }
     if let Some(error) = &fit.unmeasured {
-        observer.warn(format_args!("{model}: {error}; using its expression components as morph targets"));
+        observer.warn(format_args!(
+            "{model}: {error}; using its expression components as morph targets"
+        ));
     }
-    fit.shortfalls.iter().for_each(|shortfall| observer.warn(format_args!("{model}: {}", text(shortfall))));
+    fit.shortfalls
+        .iter()
+        .for_each(|shortfall| observer.warn(format_args!("{model}: {}", text(shortfall))));
 }
 
 fn text(shortfall: &UnmetTarget) -> String {

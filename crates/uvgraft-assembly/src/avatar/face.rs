@@ -10,7 +10,6 @@ use uvgraft_pipeline::{Blame, Observer, Result, without_non_finite};
 use crate::notify::Notify;
 use crate::selfie::MadeSelfie;
 
-
 /// A texture in the head's layout.
 pub(super) struct Face {
     pub(super) texture: Texture,

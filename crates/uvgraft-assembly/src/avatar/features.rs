@@ -12,7 +12,6 @@ use uvgraft_pipeline::{Blame, Observer, Result};
 use super::request::{AvatarRequest, EyeStyle, MouthStyle};
 use crate::notify::Notify;
 
-
 /// A pair whose target has an island for each eye, and how its layout was changed; `None` if both
 /// eyes already have their own, or if there is no free space.
 pub(super) fn parted(
@@ -63,7 +62,10 @@ impl AvatarRequest {
     }
 
     /// The mouth for an avatar, if requested.
-    pub(super) fn fit_mouth(&self, avatar: &Avatar) -> Option<std::result::Result<Mouth, MouthError>> {
+    pub(super) fn fit_mouth(
+        &self,
+        avatar: &Avatar,
+    ) -> Option<std::result::Result<Mouth, MouthError>> {
         (self.mouth == MouthStyle::Fitted).then(|| Mouth::fit(avatar))
     }
 }

@@ -83,8 +83,7 @@ impl HeadLayout {
             face += 1;
         }
         let positions = mesh.positions().to_vec();
-        avatar.mesh =
-            Mesh::from_triangles(positions, uv, mesh.faces(), &uv_faces).or_work()?;
+        avatar.mesh = Mesh::from_triangles(positions, uv, mesh.faces(), &uv_faces).or_work()?;
         Ok(())
     }
 }

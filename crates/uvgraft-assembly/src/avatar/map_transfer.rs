@@ -65,11 +65,7 @@ impl MapTransfer<'_> {
     /// The colours of a face in the head's own layout, if it keeps that.
     ///
     /// - `body`: with the face.
-    pub(super) fn head_color(
-        &self,
-        face: Texture,
-        body: &Texture,
-    ) -> Result<Option<Texture>> {
+    pub(super) fn head_color(&self, face: Texture, body: &Texture) -> Result<Option<Texture>> {
         let head = self.head.as_ref();
         head.map(|head| self.in_own_layout(head, face, body, (Content::Color, true))).transpose()
     }

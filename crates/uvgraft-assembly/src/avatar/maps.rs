@@ -76,10 +76,9 @@ impl MaterialOptions {
         };
         let base = match map.onto {
             Some(BaseSource::Image(image)) => {
-                let base = read(image)?;
+                let base = read(&image.into())?;
                 let size = map_transfer.limited(base.size());
-                let base =
-                    base.resized(size, Filter::Bilinear, Averaging::Encoded).or_input()?;
+                let base = base.resized(size, Filter::Bilinear, Averaging::Encoded).or_input()?;
                 if map.role == MapRole::Normal { self.upward(base) } else { base }
             }
             Some(BaseSource::Color(color)) => filled(&color[..3]).or_input()?,
@@ -129,7 +128,11 @@ impl Set {
     }
 
     /// Puts the maps into a material.
-    fn dress(self, looks: &mut AvatarMaterial, how: &Encoder) -> std::result::Result<(), PictureError> {
+    fn dress(
+        self,
+        looks: &mut AvatarMaterial,
+        how: &Encoder,
+    ) -> std::result::Result<(), PictureError> {
         looks.normal = self.normal.map(|map| how.data(rgb(map))).transpose()?;
         looks.emissive = self.emissive.map(|map| how.color(rgb(map))).transpose()?;
         let has_occlusion = self.occlusion.is_some() || self.orm.is_some();

@@ -51,17 +51,15 @@ impl Metadata {
             ("made_from", self.made_from.is_some()),
         ];
         match given.iter().find(|(_, given)| *given) {
-            Some((name, _)) => {
-                Err(Failure::input(format!("`{name}` is for .vrm outputs only")))
-            }
+            Some((name, _)) => Err(Failure::input(format!("`{name}` is for .vrm outputs only"))),
             None => Ok(()),
         }
     }
 
     /// The metadata of a VRM file.
     pub(super) fn vrm(&self, file_name: &Path) -> Result<VrmMeta> {
-        let are_named = !self.authors.is_empty()
-            && !self.authors.iter().any(|name| name.trim().is_empty());
+        let are_named =
+            !self.authors.is_empty() && !self.authors.iter().any(|name| name.trim().is_empty());
         let Some(permissions) = self.license.filter(|_| are_named) else {
             let terms = Permissions::NAMED.map(|(name, _)| name).join(", ");
             return Err(Failure::input(format!(

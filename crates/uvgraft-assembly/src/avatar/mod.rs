@@ -35,16 +35,16 @@ mod thumbnail;
 use uvgraft::Texture;
 use uvgraft_pipeline::{Observer, Result};
 
+use self::assembled::Assembled;
 pub use self::betas::Betas;
+use self::ingredients::Ingredients;
 pub use self::materials::MapRole;
+use self::plan::Plan;
 pub use self::plan::level_file;
 pub use self::request::{
     AvatarRequest, Body, EyeStyle, LevelOptions, LevelStorage, MaterialOptions, Metadata,
     MotionOptions, MouthStyle, TextureLayout, TextureOptions,
 };
-use self::assembled::Assembled;
-use self::ingredients::Ingredients;
-use self::plan::Plan;
 use crate::notify::Notify;
 use crate::report::Report;
 

@@ -77,19 +77,16 @@ impl AvatarRequest {
     }
 
     fn read<'a>(&'a self, frames: Option<&'a Frames>) -> impl Iterator<Item = &'a Input> {
-        let base_maps = self.materials.base_maps.iter().map(|(_, base)| base);
         [&self.pair, &self.face]
             .into_iter()
             .flatten()
             .chain(frames.into_iter().flat_map(Frames::inputs))
-            .chain(self.onto.iter().chain(base_maps).filter_map(BaseSource::image))
             .chain(self.materials.maps.iter().map(|(_, map)| map))
             .chain(self.model())
             .chain(&self.expressions)
             .chain(&self.motions.recordings)
             .chain(self.blending.inputs())
             .chain([&self.source_mask, &self.fill].into_iter().flatten())
-            .chain(self.region.inputs())
             .chain(self.betas.iter().filter_map(|betas| betas.input()))
             .chain(&self.photo_options.head_texture)
     }
@@ -183,9 +180,7 @@ fn check_textures(request: &AvatarRequest, preset: Option<&Preset>) -> Result<Pi
     let format = format.unwrap_or(PictureFormat::Png);
     match textures.quality {
         Some(_) if format != PictureFormat::Jpeg => {
-            return Err(Failure::input(
-                "`quality` needs JPEG textures: add `texture_format` jpeg",
-            ));
+            return Err(Failure::input("`quality` needs JPEG textures: add `texture_format` jpeg"));
         }
         Some(quality) if !(1..=100).contains(&quality) => {
             return Err(Failure::input(format!("`quality` must be 1 to 100, got {quality}")));
@@ -210,7 +205,6 @@ fn check_textures(request: &AvatarRequest, preset: Option<&Preset>) -> Result<Pi
 fn too_large(size: Size, preset: &Preset) -> bool {
     size.width.max(size.height) > preset.texture_side
 }
-
 
 /// The files of coarser levels beside an avatar's: `NAME.lod1.glb` and so on.
 pub fn level_file(output: &Path, level: usize) -> PathBuf {

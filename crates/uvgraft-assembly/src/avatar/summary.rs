@@ -114,7 +114,9 @@ impl Made<'_> {
             let measured = Measurements::new(figures, self.looks);
             let rank = limits.rank(&measured).unwrap_or("beyond its limits");
             match limits.before {
-                Some(before) => report.below(format_args!("\n{} {before}: {rank}", limits.platform)),
+                Some(before) => {
+                    report.below(format_args!("\n{} {before}: {rank}", limits.platform))
+                }
                 None => report.below(format_args!("\n{}: {rank}", limits.platform)),
             }
             for line in limits.report(&measured) {

@@ -21,11 +21,7 @@ const AZIMUTHS: [f32; 2] = [0.0, 50.0];
 const VIEW: u32 = (PANEL - MARGIN) / AZIMUTHS.len() as u32;
 
 /// Draws the surfaces below the layouts.
-pub(super) fn draw(
-    file: &PairFile,
-    report: &SurfaceReport,
-    picture: &mut Picture,
-) -> Result<()> {
+pub(super) fn draw(file: &PairFile, report: &SurfaceReport, picture: &mut Picture) -> Result<()> {
     let stage = Stage::new(file.pair.source());
     let alignment = DMat4::from_cols_array_2d(&report.alignment).transpose();
     let top = picture.size().height - HEIGHT;
@@ -91,7 +87,8 @@ impl Stage {
             let point = glam::Vec3::from(point).as_dvec3();
             matrix.transform_point3(point).as_vec3().to_array()
         };
-        Ok(mesh.clone().with_positions(mesh.positions().iter().map(at).collect())?)
+        let positions = mesh.positions().iter().map(at).collect();
+        mesh.clone().with_positions(positions).or_work()
     }
 }
 

@@ -5,7 +5,6 @@ use uvgraft_gltf::scene::{PoseRequest, PosedPrimitive, Scene};
 use uvgraft_pipeline::{Blame, Result};
 use uvgraft_render::{Bounds, Perspective};
 
-
 /// The framing of the model.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub enum Shot {

@@ -70,7 +70,8 @@ impl MadeSelfie {
             || read(frames, &networks, options, observer),
         );
         let head = head.map_err(|error| no_head(&name, &error))?;
-        let space = flame.as_ref().map(|model| model_space(model, head.mesh())).transpose()?.flatten();
+        let space =
+            flame.as_ref().map(|model| model_space(model, head.mesh())).transpose()?.flatten();
         let head = match space {
             Some(space) => head.with_model(space),
             None => head,

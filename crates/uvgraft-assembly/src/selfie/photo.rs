@@ -164,9 +164,9 @@ fn refused(input: &Input, error: &FaceError) -> Failure {
             "{input}: the photograph must show one face, got {count}; choose one by `face_number` N, where 1 \
              is the largest"
         )),
-        FaceError::Number { number, count } => {
-            Failure::input(format!("{input}: `face_number` must be from 1 to {count}, got {number}"))
-        }
+        FaceError::Number { number, count } => Failure::input(format!(
+            "{input}: `face_number` must be from 1 to {count}, got {number}"
+        )),
         error => Failure::input(format!("{input}: {error}")),
     }
 }

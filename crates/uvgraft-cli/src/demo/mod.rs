@@ -77,8 +77,14 @@ pub(crate) fn run(args: &Args) -> anyhow::Result<ExitCode> {
     let outputs = Outputs { folder, written: Vec::new() };
     let outputs = transferred.write(outputs, pictures)?;
     let outputs = avatar.write(outputs)?;
-    let outputs = open_body.map_or(Ok(outputs), |made| made.write(outputs))?;
-    let outputs = selfie.map_or(Ok(outputs), |made| made.write(outputs))?;
+    let outputs = match open_body {
+        Some(made) => made.write(outputs)?,
+        None => outputs,
+    };
+    let outputs = match selfie {
+        Some(made) => made.write(outputs)?,
+        None => outputs,
+    };
     steps.done("writing", format!("{} files", outputs.written.len()));
     print(&steps, &outputs, has_selfie)?;
     Ok(ExitCode::SUCCESS)
@@ -211,8 +217,7 @@ impl AnimatedFigure {
             return Ok(outputs);
         }
         let page = ViewRequest::new(Input::bytes("avatar.glb", &*files.glb)).make()?;
-        outputs
-            .file("avatar.html", "avatar in a viewer for the browser", |path| bytes(path, &page))
+        outputs.file("avatar.html", "avatar in a viewer for the browser", |path| bytes(path, &page))
     }
 }
 
@@ -245,11 +250,11 @@ impl Selfie {
         } else {
             outputs
         };
-        outputs
-            .file("selfie.glb", "avatar of a photograph", |path| bytes(path, &self.glb))?
-            .file("selfie.png", "the photograph and its avatar", |path| {
-                Ok(self.sheet.write(path)?)
-            })
+        outputs.file("selfie.glb", "avatar of a photograph", |path| bytes(path, &self.glb))?.file(
+            "selfie.png",
+            "the photograph and its avatar",
+            |path| Ok(self.sheet.write(path)?),
+        )
     }
 }
 

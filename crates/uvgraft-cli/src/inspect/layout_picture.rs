@@ -6,10 +6,10 @@ use uvgraft::islands::Islands;
 use uvgraft::mesh_report::{MeshReport, TileFaces};
 use uvgraft::{MapOptions, Mesh, SamplingMap, Size, Texture};
 
-use uvgraft_assembly::drawing::{Picture, Rgb};
-use uvgraft_assembly::pair_picture::{BACKGROUND, CAPTION, MARGIN, PANEL, draw_lines};
 use crate::recognition;
 use crate::report::grouped;
+use uvgraft_assembly::drawing::{Picture, Rgb};
+use uvgraft_assembly::pair_picture::{BACKGROUND, CAPTION, MARGIN, PANEL, draw_lines};
 
 /// Further tiles are not drawn; the report lists them.
 const MAX_PANELS: usize = 4;
@@ -46,7 +46,7 @@ pub(super) fn write(
         let counts = Picture::fitted(&counts, PANEL, 1);
         picture.text(&counts, left, MARGIN + 28, 1, [160, 166, 176]);
     }
-    picture.write(path)
+    Ok(picture.write(path)?)
 }
 
 /// One tile of the layout.
@@ -66,7 +66,7 @@ fn panel(mesh: &Mesh, islands: &Islands, [column, row]: [i32; 2]) -> anyhow::Res
         }
     }
     draw_lines(&moved, &mut panel)?;
-    panel.into_texture()
+    Ok(panel.into_texture()?)
 }
 
 /// A colour for an island: hues a golden ratio apart, so that neighbours in number differ well.

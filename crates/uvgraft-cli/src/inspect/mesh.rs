@@ -10,11 +10,11 @@ use uvgraft::mesh_report::{MeshReport, OVERLAP_SIDE, Subject, TileFaces, Unit};
 use uvgraft_pipeline::Outputs;
 
 use super::layout_picture;
-use uvgraft_assembly::mesh_file::{self, LoadedMesh, MeshFile};
-use uvgraft_assembly::drawing::check_name;
 use crate::recognition::{self, triangles};
 use crate::report::grouped;
 use crate::terminal;
+use uvgraft_assembly::drawing::check_name;
+use uvgraft_assembly::mesh_file::{self, LoadedMesh, MeshFile};
 
 /// Print the report of a mesh and its UV layout
 ///
@@ -38,7 +38,7 @@ pub(super) struct Args {
 pub(super) fn run(args: &Args) -> anyhow::Result<ExitCode> {
     if let Some(preview) = &args.preview {
         check_name(preview, "a preview")?;
-        Outputs::new([&*MeshFile::parse(&args.mesh).path]).check(preview)?;
+        Outputs::new(MeshFile::parse(&(&args.mesh).into()).file.path()).check(preview)?;
     }
     let LoadedMesh { mesh, name } = mesh_file::read(&args.mesh)?;
     let report = MeshReport::new(&mesh);

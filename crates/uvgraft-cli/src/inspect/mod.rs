@@ -10,8 +10,9 @@ use uvgraft_io::pair_file;
 use uvgraft_pipeline::Outputs;
 
 use crate::failure::{OrBadInput, bad_input, warn};
+use crate::{recognition, report};
 use uvgraft_assembly::drawing::check_name;
-use crate::{preview, recognition, report};
+use uvgraft_assembly::pair_picture;
 
 /// Print the report of a pair file or of a mesh
 ///

@@ -15,10 +15,11 @@ use uvgraft_io::pair_file;
 use uvgraft_pipeline::Outputs;
 
 use crate::failure::{bad_input, warn};
-use uvgraft_assembly::mesh_file::{self, MeshFile};
-use uvgraft_assembly::drawing::check_name;
-use crate::{preview, recognition, report};
+use crate::{recognition, report};
 use outside::{Outside, warn_of_outside};
+use uvgraft_assembly::drawing::check_name;
+use uvgraft_assembly::mesh_file::{self, MeshFile};
+use uvgraft_assembly::{Input, pair_picture};
 
 /// Link the triangles of two meshes and save the links as a pair file
 ///
@@ -67,8 +68,9 @@ pub(crate) fn run(args: &Args) -> anyhow::Result<ExitCode> {
         )));
     }
     args.correspondence.check()?;
-    let [source_file, target_file] = [&args.source, &args.target].map(|path| MeshFile::parse(path));
-    let meshes = [&*source_file.path, &*target_file.path];
+    let [source_file, target_file] =
+        [&args.source, &args.target].map(|path| MeshFile::parse(&path.into()));
+    let meshes = [&source_file, &target_file].into_iter().filter_map(|it| it.file.path());
     let mut outputs = Outputs::new(meshes.into_iter().chain(args.correspondence.inputs()));
     outputs.check(&args.output)?;
     if let Some(registered) = args.correspondence.registered() {

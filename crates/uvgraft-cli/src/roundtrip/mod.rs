@@ -263,7 +263,7 @@ impl<'a> Folder<'a> {
             self.write_texture(texture, &self.picture(method, picture, extension))?;
         }
         let title = format!("There and back: {}", method.title());
-        errors.draw(&title, top).write(&self.picture(method, "heatmap", "png"))
+        Ok(errors.draw(&title, top).write(&self.picture(method, "heatmap", "png"))?)
     }
 
     fn write_texture(&self, texture: &Texture, path: &Path) -> anyhow::Result<()> {

@@ -23,9 +23,9 @@ use uvgraft_pipeline::{Length, Outputs, Unit};
 use crate::failure::{Notes, OrBadInput};
 use crate::heading;
 use crate::number::whole_number;
-use uvgraft_assembly::drawing::check_name;
 use crate::region::RegionArgs;
 use face::Face;
+use uvgraft_assembly::drawing::check_name;
 
 /// Measure how visible the seams of a texture are
 ///
@@ -103,7 +103,8 @@ pub(crate) fn run(args: &Args) -> anyhow::Result<ExitCode> {
     if let Some(picture) = &args.picture {
         check_name(picture, "a picture of seams")?;
         let inputs = [&*args.pair, &*args.texture].into_iter();
-        let inputs = inputs.chain(args.tone.inputs()).chain(args.region.inputs());
+        let parts = args.region.region();
+        let inputs = inputs.chain(args.tone.inputs()).chain(parts.inputs());
         Outputs::new(inputs).check(picture)?;
     }
     let file = pair_file::read(&args.pair).or_bad_input()?;

@@ -9,9 +9,9 @@ use super::crops::{CROP, EdgeCrop};
 use super::face::Face;
 use super::report::{Subject, kind, worst};
 use super::style::{TEXT, TITLE};
+use crate::report::grouped;
 use uvgraft_assembly::drawing::Pen;
 use uvgraft_assembly::drawing::{Picture, Rgb};
-use crate::report::grouped;
 
 /// Longer side of the layout in pixels.
 const PANEL: u32 = 1140;
@@ -166,7 +166,7 @@ fn layout(
             panel.text(&text, left + 1, top + 1, 1, [255; 3]);
         }
     }
-    panel.into_texture()
+    Ok(panel.into_texture()?)
 }
 
 /// The colour of a pixel of a panel, from a few of its texels.
