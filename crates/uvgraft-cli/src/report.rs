@@ -5,7 +5,7 @@ use std::fmt::Write as _;
 use serde::Serialize;
 use uvgraft::correspond::surface::SurfaceReport;
 use uvgraft::correspond::table::{TableReport, TableRows};
-use uvgraft::mesh_report::TileFaces;
+use uvgraft::mesh::TileFaces;
 use uvgraft::report::{LayoutReport, Percentiles};
 use uvgraft::{PairReport, Recognition, Size, Tile, correspond, recognise};
 use uvgraft_io::pair_file::{PairFile, layout_fingerprint};

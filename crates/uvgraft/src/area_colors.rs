@@ -1,8 +1,7 @@
 //! Colours of a texture within anatomical areas of a head, and their typical values.
 
 use crate::anatomy::{Anatomy, Area};
-use crate::color::Encoding;
-use crate::labels::lab;
+use crate::color::{Encoding, lab};
 use crate::mesh::Mesh;
 use crate::piece::{mixed, wide};
 use crate::sampler::Sampler;

@@ -17,9 +17,10 @@ use std::sync::Arc;
 
 use crate::filter::Filter;
 use crate::formats::Formats;
-use crate::map::{Coverage, LayoutTriangles, MapOptions, Precedence, Region, corners_px};
+use crate::map::{Coverage, LayoutTriangles, MapOptions, Precedence, Region};
 use crate::operator::Operator;
 use crate::piece::FacePiece;
+use crate::raster::corners_px;
 use crate::resample::load;
 use crate::resampler::{MapInputs, Resampler};
 use crate::texture::{Depth, Texels, Texture};

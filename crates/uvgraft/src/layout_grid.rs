@@ -6,8 +6,9 @@
 
 use crate::edges::Edges;
 use crate::islands::Islands;
-use crate::map::{MapOptions, SamplingMap, corners_px};
+use crate::map::{MapOptions, SamplingMap};
 use crate::mesh::Mesh;
+use crate::raster::corners_px;
 use crate::texture::{Channels, Depth, Size, Texels, Texture, Value};
 use crate::threads::{for_each, for_each_chunk};
 

@@ -27,6 +27,7 @@ pub mod blend;
 pub mod choice;
 pub mod color;
 pub mod connectivity;
+pub mod content;
 mod convert;
 mod copies;
 pub mod correspond;
@@ -76,6 +77,7 @@ pub mod texture;
 pub mod threads;
 pub mod tile;
 pub mod tile_atlas;
+mod triangle_tree;
 
 pub use anatomy::{Anatomy, AnatomyError, Area, HeadFrame, Landmark};
 pub use blend::{
@@ -84,12 +86,13 @@ pub use blend::{
 pub use choice::Choice;
 pub use color::Encoding;
 pub use connectivity::Fingerprint;
+pub use content::Content;
 pub use correspond::LinkError;
 pub use fill::{FillError, fill, with_confidence};
 pub use filter::Filter;
 pub use fit::{FitOptions, FitProgress, FitSummary};
 pub use formats::Averaging;
-pub use graft::{Content, FittedTransfer, Graft, GraftBuilder, GraftError};
+pub use graft::{FittedTransfer, Graft, GraftBuilder, GraftError};
 pub use known::{Recognition, recognise};
 pub use labels::{Label, LabelError, Labels};
 pub use map::{MapOptions, PositionsError, Prefer, SamplingMap};

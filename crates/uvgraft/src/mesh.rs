@@ -9,6 +9,7 @@ mod tiles;
 use std::ops::Range;
 
 pub(crate) use tiles::Placement;
+pub use tiles::TileFaces;
 
 /// A mesh with a position and a UV coordinate at every corner.
 ///

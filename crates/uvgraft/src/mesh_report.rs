@@ -1,13 +1,11 @@
 //! Statistics of one mesh and its layout: what one wants to know of a file before pairing it.
 
-use std::collections::BTreeMap;
-
 use crate::anatomy::{Anatomy, Area};
 use crate::disjoint::DisjointSets;
 use crate::islands::Islands;
 use crate::known::{Recognition, recognise};
 use crate::map::{MapOptions, SamplingMap};
-use crate::mesh::{Mesh, doubled_area};
+use crate::mesh::{Mesh, TileFaces, doubled_area};
 use crate::piece::wide;
 use crate::surface::Surface;
 use crate::texture::Size;
@@ -63,19 +61,6 @@ pub struct MeshReport {
     pub recognition: Recognition,
 }
 
-/// The faces of a layout in one UV tile.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-#[cfg_attr(feature = "serde", derive(serde::Serialize))]
-#[non_exhaustive]
-pub struct TileFaces {
-    /// Column and row of the tile, upwards from the unit square, which is `[0, 0]`.
-    pub tile: [i32; 2],
-    /// Its UDIM number, `None` if it has none: those are from 0 to 9 across and from 0 upwards.
-    pub udim: Option<u32>,
-    /// Number of triangles whose UV centroid lies in the tile.
-    pub faces: usize,
-}
-
 /// What a mesh shows, by its anatomy.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize), serde(rename_all = "kebab-case"))]
@@ -129,7 +114,7 @@ impl MeshReport {
             degenerate: faces.clone().filter(|&face| surface.area(face as u32) == 0.0).count(),
             degenerate_uv: faces.clone().filter(has_no_uv_area).count(),
             outside: faces.filter(|&face| mesh.is_outside(face)).count(),
-            tiles: tiles(mesh),
+            tiles: mesh.tiles(),
             overlapping_texels: texels.overlapping,
             covered_texels: texels.covered,
             bounds,
@@ -138,24 +123,6 @@ impl MeshReport {
             recognition: recognise(mesh),
         }
     }
-}
-
-/// The UV tiles that a mesh's faces lie in, by their centroids, in ascending order from row to row.
-pub fn tiles(mesh: &Mesh) -> Vec<TileFaces> {
-    let mut counts: BTreeMap<[i32; 2], usize> = BTreeMap::new();
-    for face in 0..mesh.faces().len() {
-        let [a, b, c] = mesh.uv_triangle(face).map(|uv| uv.map(f64::from));
-        let [u, v] = [0, 1].map(|k| (a[k] + b[k] + c[k]) / 3.0);
-        // Rows are counted upwards, as in UDIM numbers, and `v` grows downwards. The cast saturates.
-        let [column, row] = [u.floor() as i32, (1.0 - v).floor() as i32];
-        *counts.entry([row, column]).or_default() += 1;
-    }
-    let tile = |([row, column], faces): ([i32; 2], usize)| {
-        let is_numbered = (0..10).contains(&column) && (0..900).contains(&row);
-        let udim = is_numbered.then(|| (1001 + column + 10 * row) as u32);
-        TileFaces { tile: [column, row], udim, faces }
-    };
-    counts.into_iter().map(tile).collect()
 }
 
 /// For each position, whether a face uses it.

@@ -2,7 +2,6 @@
 
 mod tiles;
 
-use crate::correspond::{LinkError, vertex_map};
 use crate::mesh::Mesh;
 use crate::piece::{FacePieces, Piece, PieceError, Pieces};
 
@@ -84,28 +83,6 @@ impl<'a> Oriented<'a> {
 }
 
 impl Pair {
-    /// Links two meshes whose vertices correspond.
-    ///
-    /// - `vertex_map`: `[source vertices]`, for each the corresponding target vertex, or -1 for
-    ///   none.
-    ///
-    /// Faces are matched by their vertices, whichever corner they start at and whichever way they
-    /// wind. Polygons may be retriangulated where the two meshes chose different diagonals.
-    /// Triangles outside the unit square of their layout are linked in their tiles alone: see
-    /// [`Pair::from_pieces`].
-    ///
-    /// # Errors
-    /// [`LinkError`] for a map of the wrong length or with entries out of range, or if no face
-    /// matches.
-    pub fn by_vertex_map(
-        mut source: Mesh,
-        mut target: Mesh,
-        vertex_map: &[i64],
-    ) -> Result<Self, LinkError> {
-        let pieces = vertex_map::pieces(&mut source, &mut target, vertex_map)?;
-        Self::of_found(source, target, pieces).ok_or(LinkError::Outside)
-    }
-
     /// Makes a pair of the pieces that a correspondence method found, in ascending order of their
     /// target face; `None` if no texture reaches any of them.
     pub(crate) fn of_found(source: Mesh, target: Mesh, found: Vec<Piece>) -> Option<Self> {
@@ -325,17 +302,6 @@ mod tests {
 
     #[test]
     fn faces_outside_the_unit_square_are_not_linked() {
-        let ids = [0, 1, 2];
-        assert_eq!(
-            Pair::by_vertex_map(triangle_at(2.0), triangle(), &ids),
-            Err(LinkError::Outside)
-        );
-        assert_eq!(
-            Pair::by_vertex_map(triangle(), triangle_at(-0.01), &ids),
-            Err(LinkError::Outside)
-        );
-        // Within the tolerance for rounding.
-        assert!(Pair::by_vertex_map(triangle_at(0.0005), triangle(), &ids).is_ok());
         let whole = Piece::whole(0, 0, [0, 1, 2]);
         let given = |pieces: &[Piece]| {
             Pair::from_pieces(triangle_at(2.0), triangle(), pieces.iter().copied())

@@ -3,15 +3,17 @@
 use std::sync::Arc;
 
 use crate::color::Encoding;
+use crate::content::Content;
 use crate::filter::Filter;
 use crate::formats::{Averaging, Formats};
-use crate::graft::Content;
 #[cfg(doc)]
 use crate::graft::Graft;
 #[cfg(doc)]
 use crate::resampler::Overlap;
 use crate::resampler::Resampler;
 use crate::texture::{Sizes, TexelFormat, Texture};
+
+pub use crate::resample::footprint::PlannedFootprint;
 
 /// The texels that a transfer fills, where each reads in the source, and which source texels are
 /// padded first; from [`Graft::plan`].
@@ -39,17 +41,6 @@ pub struct PlannedRun {
     pub start: [i64; 2],
     /// Offset from the source position of a texel to that of the next.
     pub step: [i64; 2],
-}
-
-/// The samples that a texel is the mean of: a grid around its source position.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct PlannedFootprint {
-    /// Number of samples along the target's x and y, 32 at most.
-    pub samples: [u32; 2],
-    /// Offset (x, y) of the first sample from the texel's source position.
-    pub first: [i64; 2],
-    /// Offsets (x, y) from a sample to the next along the target's x and y.
-    pub steps: [[i64; 2]; 2],
 }
 
 /// A texel of the source that takes the value of another one before anything is read.

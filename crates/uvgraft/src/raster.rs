@@ -7,7 +7,19 @@
 
 use std::ops::Range;
 
+use crate::mesh::Mesh;
 use crate::texture::Size;
+
+/// The corners of a face in a texture of `size`, in texels.
+pub(crate) fn corners_px(mesh: &Mesh, face: usize, size: Size) -> [[f64; 2]; 3] {
+    in_texels(mesh.uv_triangle(face), size)
+}
+
+/// UV coordinates in a texture of `size`, in texels.
+pub(crate) fn in_texels(corners_uv: [[f32; 2]; 3], size: Size) -> [[f64; 2]; 3] {
+    let scale = [f64::from(size.width), f64::from(size.height)];
+    corners_uv.map(|[u, v]| [f64::from(u) * scale[0], f64::from(v) * scale[1]])
+}
 
 /// A triangle in texel coordinates, prepared for scan conversion.
 #[derive(Debug, Clone)]

@@ -2,8 +2,7 @@
 
 use crate::islands::Islands;
 use crate::map::{MapOptions, MapStats, SamplingMap};
-use crate::mesh::{Mesh, doubled_area};
-use crate::mesh_report::{TileFaces, tiles};
+use crate::mesh::{Mesh, TileFaces, doubled_area};
 use crate::pair::{Direction, Pair};
 use crate::piece::{Piece, wide};
 use crate::texture::{Size, Sizes};
@@ -179,7 +178,7 @@ impl LayoutReport {
 /// The tiles of a mesh, unless the unit square is the only one.
 fn other_tiles(mesh: &Mesh) -> Vec<TileFaces> {
     let has_outside = (0..mesh.faces().len()).any(|face| mesh.is_outside(face));
-    if has_outside { tiles(mesh) } else { Vec::new() }
+    if has_outside { mesh.tiles() } else { Vec::new() }
 }
 
 #[cfg(test)]

@@ -2,8 +2,8 @@
 
 use glam::DVec3;
 
-use crate::correspond::surface::tree::Tree;
 use crate::mesh::Mesh;
+use crate::triangle_tree::TriangleTree;
 
 /// A place on a mesh's surface.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -26,7 +26,7 @@ impl SurfacePoint {
 /// A mesh's triangles, indexed by position.
 #[derive(Debug)]
 pub struct SurfaceIndex {
-    tree: Tree,
+    tree: TriangleTree,
     normals: Vec<DVec3>,
 }
 
@@ -37,7 +37,7 @@ impl SurfaceIndex {
         let corners: Vec<[DVec3; 3]> = mesh.faces().iter().map(|face| face.map(at)).collect();
         let normal = |&[a, b, c]: &[DVec3; 3]| (b - a).cross(c - a).normalize_or_zero();
         let normals = corners.iter().map(normal).collect();
-        Self { tree: Tree::new(corners), normals }
+        Self { tree: TriangleTree::new(corners), normals }
     }
 
     /// The place nearest to a position, and its distance in the mesh's unit; `None` if no triangle

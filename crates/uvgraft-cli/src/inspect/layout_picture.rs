@@ -3,7 +3,8 @@
 use std::path::Path;
 
 use uvgraft::islands::Islands;
-use uvgraft::mesh_report::{MeshReport, TileFaces};
+use uvgraft::mesh::TileFaces;
+use uvgraft::mesh_report::MeshReport;
 use uvgraft::{MapOptions, Mesh, SamplingMap, Size, Texture};
 
 use crate::recognition;

@@ -6,7 +6,8 @@ use std::process::ExitCode;
 
 use serde::Serialize;
 use uvgraft::MeshPart;
-use uvgraft::mesh_report::{MeshReport, OVERLAP_SIDE, Subject, TileFaces, Unit};
+use uvgraft::mesh::TileFaces;
+use uvgraft::mesh_report::{MeshReport, OVERLAP_SIDE, Subject, Unit};
 use uvgraft_pipeline::Outputs;
 
 use super::layout_picture;

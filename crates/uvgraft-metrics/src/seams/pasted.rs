@@ -4,8 +4,9 @@ use std::sync::Arc;
 
 use uvgraft::blend::BlendDomain;
 use uvgraft::color::Encoding;
+use uvgraft::content::Content;
 use uvgraft::filter::Filter;
-use uvgraft::graft::{Content, Graft, GraftError};
+use uvgraft::graft::{Graft, GraftError};
 use uvgraft::labels::{Label, Labels};
 use uvgraft::texture::{Channels, Depth, Size, Sizes, Texels, Texture};
 

@@ -9,9 +9,8 @@ use std::ops::Range;
 
 use crate::anatomy::Area;
 use crate::islands::Islands;
-use crate::map::corners_px;
 use crate::mesh::Mesh;
-use crate::raster::ScanTriangle;
+use crate::raster::{ScanTriangle, corners_px};
 use crate::texture::{Size, TexelsMut, Texture, Value};
 
 use super::selection::BlendDomain;

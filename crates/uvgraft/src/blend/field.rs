@@ -1,7 +1,8 @@
 //! Values at the points of a surface, interpolated at the texels of a map.
 
-use crate::map::{Patch, SamplingMap, corners_px};
+use crate::map::{Patch, SamplingMap};
 use crate::mesh::Mesh;
+use crate::raster::corners_px;
 use crate::surface::Surface;
 use crate::threads::map_indices;
 

@@ -1,6 +1,7 @@
 //! Figures on how a tone changes colours.
 
-use crate::labels::{LabelError, lab};
+use crate::color::lab;
+use crate::labels::LabelError;
 
 /// How a tone changes a texture and its base, for people to judge.
 #[derive(Debug, Clone, PartialEq, Default)]

@@ -1,9 +1,11 @@
 //! The sRGB transfer function, encodings of texture values, and perceptual colour difference.
 
 mod delta_e;
+mod lab;
 
 pub use self::delta_e::delta_e;
-pub use crate::labels::lab;
+pub(crate) use self::lab::LabTables;
+pub use self::lab::lab;
 
 /// How a texture's values are encoded, which decides whether they may be colour-converted.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]

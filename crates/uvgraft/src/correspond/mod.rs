@@ -13,7 +13,7 @@ pub mod similarity;
 pub mod surface;
 pub mod table;
 pub mod topology;
-pub(crate) mod vertex_map;
+mod vertex_map;
 
 pub use find::{By, Correspondence, FindError, FindOptions, Method, Refusal, Refused, find};
 pub use vertex_map::LinkError;

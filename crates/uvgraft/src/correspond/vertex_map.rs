@@ -5,6 +5,7 @@
 //! diagonals, the polygon's fan is rotated to the apex that gives the most matching triangles.
 
 use crate::mesh::Mesh;
+use crate::pair::Pair;
 use crate::piece::Piece;
 
 /// Why a vertex map can't link two meshes.
@@ -51,6 +52,30 @@ pub enum LinkError {
     Outside,
 }
 
+impl Pair {
+    /// Links two meshes whose vertices correspond.
+    ///
+    /// - `vertex_map`: `[source vertices]`, for each the corresponding target vertex, or -1 for
+    ///   none.
+    ///
+    /// Faces are matched by their vertices, whichever corner they start at and whichever way they
+    /// wind. Polygons may be retriangulated where the two meshes chose different diagonals.
+    /// Triangles outside the unit square of their layout are linked in their tiles alone: see
+    /// [`Pair::from_pieces`].
+    ///
+    /// # Errors
+    /// [`LinkError`] for a map of the wrong length or with entries out of range, or if no face
+    /// matches.
+    pub fn by_vertex_map(
+        mut source: Mesh,
+        mut target: Mesh,
+        vertex_map: &[i64],
+    ) -> Result<Self, LinkError> {
+        let pieces = pieces(&mut source, &mut target, vertex_map)?;
+        Self::of_found(source, target, pieces).ok_or(LinkError::Outside)
+    }
+}
+
 /// Links the triangles of two meshes whose vertices correspond.
 ///
 /// - `vertex_map`: `[source vertices]`, the target vertex of each source vertex, or -1 for none.
@@ -61,7 +86,7 @@ pub enum LinkError {
 ///
 /// # Errors
 /// [`LinkError`] for a map of the wrong length or with entries out of range, or if nothing matches.
-pub(crate) fn pieces(
+fn pieces(
     source: &mut Mesh,
     target: &mut Mesh,
     vertex_map: &[i64],
@@ -259,5 +284,19 @@ mod tests {
         assert!(error(&[0, 1, 2, 3, 4, 5, 7]).contains("-1 for none; got 7"));
         assert!(error(&[0, 1, 2, -2, 4, 5, 6]).contains("-1 for none; got -2"));
         assert!(error(&[0, 1, 2, 3, 4, 5, 6]).contains("none of the 1 source faces"));
+    }
+
+    #[test]
+    fn faces_outside_the_unit_square_are_not_linked() {
+        let triangle_at = |u: f32| {
+            let uv = vec![[u, 0.0], [u + 1.0, 0.0], [u, 1.0]];
+            let positions = uv.iter().map(|&[x, y]| [x, y, 0.0]).collect();
+            Mesh::from_triangles(positions, uv, &[[0, 1, 2]], &[[0, 1, 2]]).unwrap()
+        };
+        let linked = |source, target| Pair::by_vertex_map(source, target, &[0, 1, 2]);
+        assert_eq!(linked(triangle_at(2.0), triangle_at(0.0)), Err(LinkError::Outside));
+        assert_eq!(linked(triangle_at(0.0), triangle_at(-0.01)), Err(LinkError::Outside));
+        // Within the tolerance for rounding.
+        assert!(linked(triangle_at(0.0005), triangle_at(0.0)).is_ok());
     }
 }

@@ -2,8 +2,9 @@
 
 use std::sync::{Arc, OnceLock};
 
-use super::{Blending, Content, Graft, GraftError, Link, Unknown};
+use super::{Blending, Graft, GraftError, Link, Unknown};
 use crate::blend::{Blend, BlendDomain, BlendMap, BlendOptions, Selection};
+use crate::content::Content;
 use crate::filter::Filter;
 use crate::formats::Averaging;
 use crate::labels::Labels;

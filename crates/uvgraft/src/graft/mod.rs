@@ -12,6 +12,7 @@ use std::sync::{Arc, OnceLock};
 
 use crate::blend::{Blend, BlendMap, Collapsed, EyeRims, Gains, ToneCorrection, ToneError};
 use crate::color::Encoding;
+use crate::content::Content;
 use crate::copies;
 use crate::filter::Filter;
 use crate::fit::{FitOptions, FitProgress, FitSummary, FitSystem};
@@ -26,19 +27,6 @@ use crate::plan::{Plan, PlanError};
 use crate::resampler::Overlap;
 use crate::resampler::{MapInputs, Resampler};
 use crate::texture::{Size, Sizes, TexelFormat, Texture};
-
-/// What the values of textures mean.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Hash)]
-#[non_exhaustive]
-pub enum Content {
-    /// Colours in the textures' encodings, and alpha.
-    #[default]
-    Color,
-    /// Data, such as roughness or masks: values are never converted, and no channel is alpha.
-    Data,
-    /// Tangent-space normals: data that is rotated into the frames of the target's layout.
-    Normals(NormalOptions),
-}
 
 /// A transfer ready to be applied: a pair, a direction, texture sizes, filtering, and blending into
 /// the base.

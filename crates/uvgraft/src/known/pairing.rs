@@ -1,8 +1,7 @@
 //! Warnings of pairs that are likely to be a mistake.
 
 use super::{Certainty, KnownLayout, LayoutMatch, MeshMatch, Recognition};
-use crate::mesh::Mesh;
-use crate::mesh_report::{TileFaces, tiles};
+use crate::mesh::{Mesh, TileFaces};
 
 /// A side of a pair.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
@@ -69,7 +68,7 @@ pub fn pairing_warnings(meshes: [&Mesh; 2], recognised: [&Recognition; 2]) -> Ve
             warnings.extend(usual.map(|usual| PairingWarning::OtherLayout { side, layout, usual }));
         }
         let tiles: Vec<TileFaces> =
-            tiles(mesh).into_iter().filter(|faces| faces.tile != [0, 0]).collect();
+            mesh.tiles().into_iter().filter(|faces| faces.tile != [0, 0]).collect();
         if !tiles.is_empty() {
             warnings.push(PairingWarning::OtherTiles { side, tiles });
         }

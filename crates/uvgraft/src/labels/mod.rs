@@ -23,7 +23,6 @@ use crate::color::Encoding;
 use crate::mesh::Mesh;
 use crate::texture::{Channels, Size, Texels, Texture};
 pub(crate) use body::{BodyLayout, body_skin};
-pub use evidence::lab;
 pub(crate) use head::HeadLayout;
 
 /// What a texel shows.

@@ -6,7 +6,7 @@ use super::precedence::Precedence;
 use super::rows::{BLOCK_ROWS, Draft, RowBlocks, Rows};
 use crate::bits;
 use crate::mesh::Mesh;
-use crate::raster::ScanTriangle;
+use crate::raster::{ScanTriangle, in_texels};
 use crate::texture::{Size, Texture};
 use crate::threads::{map_indices, map_indices_with};
 
@@ -30,16 +30,6 @@ pub(crate) struct Span {
     pub start: u32,
     pub end: u32,
     pub face: u32,
-}
-
-/// The corners of a face in a texture of `size`, in texels.
-pub(crate) fn corners_px(mesh: &Mesh, face: usize, size: Size) -> [[f64; 2]; 3] {
-    in_texels(mesh.uv_triangle(face), size)
-}
-
-fn in_texels(corners_uv: [[f32; 2]; 3], size: Size) -> [[f64; 2]; 3] {
-    let scale = [f64::from(size.width), f64::from(size.height)];
-    corners_uv.map(|[u, v]| [f64::from(u) * scale[0], f64::from(v) * scale[1]])
 }
 
 /// The triangles of a layout at one size, bucketed by the blocks of rows that they touch.

@@ -10,12 +10,12 @@
 
 use std::ops::Range;
 
-use super::coverage::corners_px;
 use super::cut::{FacePatch, FacePatches};
 use super::rows::RowBlocks;
 use super::{Affine, FAR_PX};
 use crate::islands::{BoundaryEdge, Islands};
 use crate::mesh::Mesh;
+use crate::raster::corners_px;
 use crate::texture::Size;
 use crate::threads::map_indices;
 

@@ -17,7 +17,7 @@ mod region;
 mod rows;
 mod tiles;
 
-pub(crate) use coverage::{Coverage, LayoutTriangles, corners_px};
+pub(crate) use coverage::{Coverage, LayoutTriangles};
 pub use from_positions::PositionsError;
 pub(crate) use precedence::Precedence;
 pub use precedence::Prefer;

@@ -1,9 +1,22 @@
 //! UV coordinates outside the unit square: UDIM tiles, and moving faces into the unit square.
 
-use std::collections::HashMap;
+use std::collections::{BTreeMap, HashMap};
 
 use super::{MARGIN, Mesh, MeshPart};
 use crate::tile::Tile;
+
+/// The faces of a layout in one UV tile.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize))]
+#[non_exhaustive]
+pub struct TileFaces {
+    /// Column and row of the tile, upwards from the unit square, which is `[0, 0]`.
+    pub tile: [i32; 2],
+    /// Its UDIM number, `None` if it has none: those are from 0 to 9 across and from 0 upwards.
+    pub udim: Option<u32>,
+    /// Number of triangles whose UV centroid lies in the tile.
+    pub faces: usize,
+}
 
 /// Where UV coordinates move to: `uv * scale + offset`, in each direction.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -48,6 +61,24 @@ impl Mesh {
         let [column, row_down] = cell(&self.uv_triangle(face))?;
         // The casts saturate.
         Tile::at(column as i32, -row_down as i32)
+    }
+
+    /// The UV tiles that faces lie in, by their centroids, in ascending order from row to row.
+    pub fn tiles(&self) -> Vec<TileFaces> {
+        let mut counts: BTreeMap<[i32; 2], usize> = BTreeMap::new();
+        for face in 0..self.faces().len() {
+            let [a, b, c] = self.uv_triangle(face).map(|uv| uv.map(f64::from));
+            let [u, v] = [0, 1].map(|k| (a[k] + b[k] + c[k]) / 3.0);
+            // Rows are counted upwards, as in UDIM numbers, and `v` grows downwards. The cast saturates.
+            let [column, row] = [u.floor() as i32, (1.0 - v).floor() as i32];
+            *counts.entry([row, column]).or_default() += 1;
+        }
+        let tile = |([row, column], faces): ([i32; 2], usize)| {
+            let is_numbered = (0..10).contains(&column) && (0..900).contains(&row);
+            let udim = is_numbered.then(|| (1001 + column + 10 * row) as u32);
+            TileFaces { tile: [column, row], udim, faces }
+        };
+        counts.into_iter().map(tile).collect()
     }
 
     /// The mesh with polygons moved by whole units into the unit square, for textures that repeat. A

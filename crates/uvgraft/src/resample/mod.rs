@@ -8,6 +8,7 @@ pub(crate) mod adjoint;
 mod bytes;
 mod composite;
 pub(crate) mod fast;
+pub(crate) mod footprint;
 mod nearest;
 mod path;
 pub(crate) mod position;

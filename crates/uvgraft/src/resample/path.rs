@@ -1,11 +1,11 @@
 //! Where the runs of a map read in a source: shared by all kernels, which may differ in how they read
 //! texels, never in which ones.
 
+use super::footprint::PlannedFootprint;
 use super::position::{TEXEL, containing, from_texels};
 use super::prefetch::{self, prefetch};
 use crate::filter::Filter;
 use crate::map::{Patch, Run, SamplingMap};
-use crate::plan::PlannedFootprint;
 use crate::texture::Size;
 use crate::threads::map_indices;
 

@@ -6,8 +6,9 @@ use super::path::{Paths, footprint};
 use super::position::in_texels;
 use crate::bits;
 use crate::filter::Filter;
-use crate::map::{FAR_PX, Patch, SamplingMap, Tiles, corners_px};
+use crate::map::{FAR_PX, Patch, SamplingMap, Tiles};
 use crate::mesh::Mesh;
+use crate::raster::corners_px;
 use crate::texture::Size;
 use crate::threads::map_indices;
 

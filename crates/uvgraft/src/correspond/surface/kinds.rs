@@ -4,10 +4,10 @@
 use glam::DVec3;
 
 use super::shape::Shape;
-use super::tree::Tree;
 use crate::anatomy::Ball;
 use crate::correspond::similarity::Similarity;
 use crate::threads::map_indices;
+use crate::triangle_tree::TriangleTree;
 
 /// What a triangle belongs to.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -66,10 +66,24 @@ pub(super) struct Kinds {
 
 #[derive(Debug, Clone)]
 pub(super) struct BallMove {
-    pub faces: Vec<u32>,
-    pub center: DVec3,
-    pub to: DVec3,
-    pub scale: f64,
+    faces: Vec<u32>,
+    center: DVec3,
+    to: DVec3,
+    scale: f64,
+}
+
+impl BallMove {
+    /// Moves and scales the ball of a shape.
+    pub fn apply(&self, shape: &mut Shape) {
+        let mut points: Vec<u32> =
+            self.faces.iter().flat_map(|&face| shape.triangles[face as usize]).collect();
+        points.sort_unstable();
+        points.dedup();
+        for point in points {
+            let point = &mut shape.points[point as usize];
+            *point = self.to + (*point - self.center) * self.scale;
+        }
+    }
 }
 
 impl Kinds {
@@ -106,7 +120,7 @@ impl Kinds {
 /// A shape whose triangles get their kinds.
 struct Side<'a> {
     shape: &'a Shape,
-    tree: Tree,
+    tree: TriangleTree,
     normals: Vec<DVec3>,
     kinds: Vec<Kind>,
 }
@@ -199,7 +213,7 @@ fn matched(
 }
 
 /// For each triangle, the share of directions before it that nothing hides.
-fn exposures(shape: &Shape, tree: &Tree, normals: &[DVec3]) -> Vec<f32> {
+fn exposures(shape: &Shape, tree: &TriangleTree, normals: &[DVec3]) -> Vec<f32> {
     /// About half of them are before a triangle.
     const DIRECTIONS: usize = 40;
     /// Rays start this far before the triangle, relative to its size, so that they pass what noise

@@ -10,7 +10,6 @@ mod overlay;
 mod placed;
 mod register;
 pub(crate) mod shape;
-pub(crate) mod tree;
 
 use glam::DVec3;
 
@@ -25,6 +24,7 @@ use crate::anatomy::{self, AnatomyError};
 use crate::mesh::Mesh;
 use crate::piece::Piece;
 use crate::surface::Surface;
+use crate::triangle_tree::Bounds;
 
 /// How the target is brought into the source's place.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
@@ -156,7 +156,7 @@ pub(super) fn pieces(
     let mut kinds = Kinds::new([&goal.shape, &rest], balls, to_unit, &aligned, unit);
     goal.kinds = kinds.source;
     if !placement.is_exact {
-        kinds.moves.iter().for_each(|ball| rest.place_ball(ball));
+        kinds.moves.iter().for_each(|ball| ball.apply(&mut rest));
     }
     let places = anchors(&placement.landmarks, &rest, to_unit, &aligned);
     let are_given = placement.aligned_by == "landmarks";
@@ -209,7 +209,7 @@ fn place(
     /// Median distance, as a share of the size, of surfaces that are the same.
     const SAME: f64 = 0.004;
     let goal = Goal::new(Shape::new(&surfaces[0], |point| point));
-    let extent = tree::Bounds::of(goal.shape.points.iter().copied());
+    let extent = Bounds::of(goal.shape.points.iter().copied());
     let target_shape = Shape::new(&surfaces[1], |point| point);
     let whole = extent.size().max_element();
     let center = (extent.min + extent.max) / 2.0;

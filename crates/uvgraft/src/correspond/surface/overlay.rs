@@ -12,9 +12,9 @@ use glam::DVec3;
 use super::kinds::Kind;
 use super::register::Goal;
 use super::shape::Shape;
-use super::tree::Bounds;
 use crate::piece::{Piece, Weights};
 use crate::threads::map_indices;
+use crate::triangle_tree::Bounds;
 
 /// Pieces, and what they cover.
 #[derive(Debug, Clone, Default)]

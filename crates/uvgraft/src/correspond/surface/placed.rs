@@ -7,11 +7,11 @@ use super::kinds::Kind;
 use super::overlay::overlay;
 use super::register::Goal;
 use super::shape::Shape;
-use super::tree::Bounds;
 use super::{SurfaceOptions, share_of_area};
 use crate::mesh::Mesh;
 use crate::piece::Piece;
 use crate::surface::Surface;
+use crate::triangle_tree::Bounds;
 
 /// A mesh laid over another.
 #[derive(Debug, Clone, Default)]

@@ -10,8 +10,8 @@ use glam::DVec3;
 use super::equations::{Anchor, Equations, Stiffness};
 use super::kinds::Kind;
 use super::shape::Shape;
-use super::tree::{Nearest, Tree};
 use crate::threads::map_indices;
+use crate::triangle_tree::{Nearest, TriangleTree};
 
 /// Stiffness of each stage, as shares of the unit, which is about the height of a head.
 const STAGES: [Stiffness; 6] = [
@@ -43,7 +43,7 @@ pub(super) struct Goal {
     pub face_normals: Vec<DVec3>,
     /// As [`Shape::open_sides`].
     pub open_sides: Vec<bool>,
-    pub tree: Tree,
+    pub tree: TriangleTree,
     pub kinds: Vec<Kind>,
 }
 

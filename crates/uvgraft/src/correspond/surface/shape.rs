@@ -2,9 +2,8 @@
 
 use glam::DVec3;
 
-use super::kinds::BallMove;
-use super::tree::Tree;
 use crate::surface::Surface;
+use crate::triangle_tree::TriangleTree;
 
 /// Triangles over points.
 #[derive(Debug, Clone)]
@@ -19,18 +18,6 @@ impl Shape {
         Self {
             points: surface.positions().iter().map(|&point| place(point)).collect(),
             triangles: surface.triangles().to_vec(),
-        }
-    }
-
-    /// Moves and scales a ball.
-    pub(super) fn place_ball(&mut self, ball: &BallMove) {
-        let mut points: Vec<u32> =
-            ball.faces.iter().flat_map(|&face| self.triangles[face as usize]).collect();
-        points.sort_unstable();
-        points.dedup();
-        for point in points {
-            let point = &mut self.points[point as usize];
-            *point = ball.to + (*point - ball.center) * ball.scale;
         }
     }
 
@@ -92,7 +79,9 @@ impl Shape {
         is_open
     }
 
-    pub fn tree(&self) -> Tree {
-        Tree::new((0..self.triangles.len()).map(|triangle| self.corners(triangle)).collect())
+    pub fn tree(&self) -> TriangleTree {
+        TriangleTree::new(
+            (0..self.triangles.len()).map(|triangle| self.corners(triangle)).collect(),
+        )
     }
 }

@@ -9,10 +9,9 @@
 
 use super::locator::{UvLocator, clamped};
 use super::{SNAP, SurfacePoint, TableError, VertexTable};
-use crate::map::corners_px;
 use crate::mesh::Mesh;
 use crate::piece::mixed;
-use crate::raster::ScanTriangle;
+use crate::raster::{ScanTriangle, corners_px};
 use crate::texture::Size;
 use crate::threads::map_indices;
 

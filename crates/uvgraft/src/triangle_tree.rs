@@ -76,13 +76,13 @@ struct Node {
 
 /// Triangles in boxes.
 #[derive(Debug, Clone)]
-pub(crate) struct Tree {
+pub(crate) struct TriangleTree {
     corners: Vec<[DVec3; 3]>,
     order: Vec<u32>,
     nodes: Vec<Node>,
 }
 
-impl Tree {
+impl TriangleTree {
     pub fn new(corners: Vec<[DVec3; 3]>) -> Self {
         let mut order: Vec<u32> = (0..corners.len() as u32).collect();
         let mut tree = Self { corners, order: Vec::new(), nodes: Vec::new() };
@@ -252,7 +252,7 @@ fn ray_distance(origin: DVec3, direction: DVec3, [a, b, c]: [DVec3; 3]) -> Optio
 }
 
 /// The point of a triangle with the given weights.
-pub(crate) fn mixed(corners: [DVec3; 3], weights: Weights) -> DVec3 {
+fn mixed(corners: [DVec3; 3], weights: Weights) -> DVec3 {
     corners[0] * weights[0] + corners[1] * weights[1] + corners[2] * weights[2]
 }
 
@@ -315,7 +315,7 @@ mod tests {
         // Degenerate ones: a point, and a line.
         triangles.push([DVec3::ONE; 3]);
         triangles.push([DVec3::ZERO, DVec3::X, DVec3::X * 0.5]);
-        let tree = Tree::new(triangles.clone());
+        let tree = TriangleTree::new(triangles.clone());
         for round in 0..500 {
             let at = point(&mut random) * 1.5 - 0.2;
             let accepts = |triangle: u32| !(triangle as usize + round).is_multiple_of(3);
