@@ -29,7 +29,7 @@ impl Desk {
             target_name: "body".to_owned(),
             note: String::new(),
         };
-        pair_file::write(&file, &desk.path("demo.uvpair")).unwrap();
+        pair_file::write(&file, desk.path("demo.uvpair")).unwrap();
         let body = paint_body_in_tone(&figure, Size::square(192), [0.7, 0.65, 0.6]);
         desk.save("base.png", body);
         for (name, side) in [("a.png", 128), ("b.png", 160), ("c.png", 128)] {
@@ -84,7 +84,7 @@ fn data(transfer: &mut Transfer) {
 #[test]
 fn results_are_those_of_files() {
     let desk = Desk::new();
-    let deep = image::read(&desk.path("a.png")).unwrap().texture;
+    let deep = image::read(desk.path("a.png")).unwrap().texture;
     let channels = deep.channels();
     let deep = deep.converted(channels, Depth::U16);
     desk.save("deep.png", deep.clone());
