@@ -196,8 +196,8 @@ fn what_belongs_to_a_whole_run_is_refused() {
         assert_eq!(failure.fault(), Fault::Input, "{failure}");
         assert!(failure.to_string().contains(wanted), "{failure}");
     };
-    refused(&|it| it.mask = Some(desk.path("mask.png")), "--mask");
-    refused(&|it| it.draw_labels = Some(desk.path("labels.png")), "--labels");
+    refused(&|it| it.mask = Some(desk.path("mask.png")), "`mask`");
+    refused(&|it| it.draw_labels = Some(desk.path("labels.png")), "`labels`");
     refused(&|it| it.extra_outputs.push(desk.path("preview.png")), "other outputs");
     refused(
         &|it| it.correspondence = uvgraft_pipeline::Correspondence::Pair("no.uvpair".into()),
