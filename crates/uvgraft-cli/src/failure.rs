@@ -3,9 +3,38 @@
 use std::fmt::Display;
 use std::process::ExitCode;
 
-use uvgraft_pipeline::{Event, Failure, Fault, Observer};
+use std::sync::OnceLock;
+
+use uvgraft_pipeline::{Event, Failure, Fault, Observer, spelled};
 
 use crate::terminal;
+
+/// The options of the command that runs, as they are spelled, without dashes in front.
+static OPTIONS: OnceLock<Vec<String>> = OnceLock::new();
+
+/// Has messages spell the names of options that libraries have in backticks, such as `source_mask`,
+/// as options: `--source-mask`.
+///
+/// - `options`: those of the command that runs.
+pub(crate) fn spell_options(options: impl IntoIterator<Item = String>) {
+    // Once in a process.
+    let _ = OPTIONS.set(options.into_iter().collect());
+}
+
+/// A message of a library, with the names of options as they are spelled.
+fn with_options(message: &str) -> String {
+    let options = OPTIONS.get().map_or(&[][..], Vec::as_slice);
+    spelled(message, |name| {
+        let option = name.replace('_', "-");
+        options.contains(&option).then(|| format!("--{option}"))
+    })
+}
+
+/// The message of a failure, with the names of options as they are spelled.
+pub(crate) fn message(failure: &Failure) -> String {
+    let message = failure.to_string();
+    if failure.names_options() { with_options(&message) } else { message }
+}
 
 /// An error that the user can fix: a file, an option, an output path.
 #[derive(Debug)]
@@ -50,9 +79,18 @@ fn fault(error: &anyhow::Error) -> Fault {
     }
 }
 
+/// Whether an error is that of options, which its message has in backticks.
+fn names_options(error: &anyhow::Error) -> bool {
+    match error.downcast_ref::<BadInput>() {
+        Some(BadInput(error)) => names_options(error),
+        None => error.downcast_ref().is_some_and(Failure::names_options),
+    }
+}
+
 /// Prints an error and returns the exit code.
 pub(crate) fn report(error: &anyhow::Error) -> ExitCode {
-    print(format_args!("{error:#}"));
+    let message = format!("{error:#}");
+    print(if names_options(error) { with_options(&message) } else { message });
     exit_code_of(fault(error))
 }
 
@@ -61,14 +99,14 @@ pub(crate) fn print(error: impl Display) {
     terminal::message("error", error);
 }
 
-/// Prints a warning.
+/// Prints a warning, with the names of options as they are spelled.
 pub(crate) fn warn(message: impl Display) {
-    terminal::message("warning", message);
+    terminal::message("warning", with_options(&message.to_string()));
 }
 
-/// Prints a note.
+/// Prints a note, with the names of options as they are spelled.
 pub(crate) fn note(message: impl Display) {
-    terminal::message("note", message);
+    terminal::message("note", with_options(&message.to_string()));
 }
 
 /// Prints the notes and warnings of short operations.
@@ -81,5 +119,24 @@ impl Observer for Notes {
             Event::Warning(text) => warn(text),
             _ => {}
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn options_are_spelled_as_such_and_names_in_files_are_not() {
+        // The only test of the process that sets them.
+        spell_options(["source-mask", "skin"].map(str::to_owned));
+        let failure = Failure::option("`source_mask` and `skin` need `other`").context("a.png");
+        let wanted = "a.png: --source-mask and --skin need `other`";
+        assert_eq!(message(&failure), wanted);
+        let marked = Err::<(), _>(failure).or_bad_input().unwrap_err();
+        assert!(names_options(&marked) && with_options(&format!("{marked:#}")) == wanted);
+        let of_file = Failure::input("masks.pkl: no group `skin`");
+        assert_eq!(message(&of_file), "masks.pkl: no group `skin`");
+        assert!(!names_options(&of_file.into()));
     }
 }

@@ -52,7 +52,7 @@ use std::ffi::OsString;
 use std::process::ExitCode;
 
 use anyhow::Context;
-use clap::{ArgAction, Parser, Subcommand};
+use clap::{Arg, ArgAction, CommandFactory, FromArgMatches, Parser, Subcommand};
 
 /// Transfer textures between meshes with different UV layouts
 ///
@@ -116,7 +116,8 @@ pub fn run(arguments: impl IntoIterator<Item = OsString>) -> ExitCode {
         return terminal::print(&version::verbose())
             .map_or_else(|error| failure::report(&error), |()| ExitCode::SUCCESS);
     }
-    let cli = Cli::try_parse_from(&arguments).unwrap_or_else(|error| {
+    let parsed = parse(&arguments);
+    let (cli, options) = parsed.unwrap_or_else(|error| {
         let text = error.render().to_string();
         if terminal::has_unsafe(&text) {
             // Without colours, which are control characters too.
@@ -126,6 +127,7 @@ pub fn run(arguments: impl IntoIterator<Item = OsString>) -> ExitCode {
         }
         error.exit()
     });
+    failure::spell_options(options);
     interruption::handle();
     let code = match dispatch(&cli) {
         Ok(code) => code,
@@ -133,6 +135,20 @@ pub fn run(arguments: impl IntoIterator<Item = OsString>) -> ExitCode {
     };
     interruption::wait_if_interrupted();
     code
+}
+
+/// Parses arguments, also into the options of the subcommand that they name.
+fn parse(arguments: &[OsString]) -> Result<(Cli, Vec<String>), clap::Error> {
+    let mut command = Cli::command();
+    let matches = command.try_get_matches_from_mut(arguments)?;
+    let cli = Cli::from_arg_matches(&matches).map_err(|error| error.format(&mut command))?;
+    let (mut named, mut matches) = (&command, &matches);
+    while let Some((name, inner)) = matches.subcommand() {
+        let Some(subcommand) = named.find_subcommand(name) else { break };
+        (named, matches) = (subcommand, inner);
+    }
+    let options = named.get_arguments().filter_map(Arg::get_long).map(str::to_owned).collect();
+    Ok((cli, options))
 }
 
 /// The transfer that arguments of `uvgraft transfer` describe, without the command's own name.
@@ -205,6 +221,21 @@ fn dispatch(cli: &Cli) -> anyhow::Result<ExitCode> {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn options_are_those_of_the_innermost_subcommand() {
+        let options = |words: &[&str]| {
+            let words: Vec<OsString> = words.iter().map(OsString::from).collect();
+            parse(&words).map(|(_, options)| options).unwrap()
+        };
+        let of_transfer = options(&["uvgraft", "transfer", "a.uvpair", "b.png", "-o", "c.png"]);
+        for option in ["onto", "source-mask", "skip-existing", "map", "threads"] {
+            assert!(of_transfer.iter().any(|it| it == option), "{option}: {of_transfer:?}");
+        }
+        let of_shape = options(&["uvgraft", "body", "shape", "a.npz", "-o", "b.npz"]);
+        assert!(of_shape.iter().any(|it| it == "shape"), "{of_shape:?}");
+        assert!(!of_shape.iter().any(|it| it == "onto"), "{of_shape:?}");
+    }
 
     #[test]
     fn threads_are_bounded_however_they_are_asked_for() {

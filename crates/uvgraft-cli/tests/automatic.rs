@@ -44,15 +44,15 @@ fn head(shift: [f32; 3], scale: f32, rows_elsewhere: u32) -> Mesh {
 #[test]
 fn one_mesh_with_two_layouts_is_linked_by_its_faces() {
     let bench = Bench::new();
-    obj::save(&head([0.0; 3], 0.9, 0), &bench.path("plain.obj")).unwrap();
+    obj::save(&head([0.0; 3], 0.9, 0), bench.path("plain.obj")).unwrap();
     // Positions differ, and the last two rows are "eyes" in a tile of their own.
     let other = head([9.0, 0.5, -3.0], 0.5, 2);
-    obj::save(&other, &bench.path("eyes.obj")).unwrap();
+    obj::save(&other, bench.path("eyes.obj")).unwrap();
     for meshes in ["plain.obj eyes.obj", "eyes.obj plain.obj"] {
         let report = json(&bench.make(&format!("pair {meshes} -o new.uvpair --json")));
         assert_eq!(report["linked_by"], serde_json::json!({ "faces": "vertices" }));
         assert_eq!(report["not_linked_by"], serde_json::json!([]));
-        let pair = pair_file::read(&bench.path("new.uvpair")).unwrap().pair;
+        let pair = pair_file::read(bench.path("new.uvpair")).unwrap().pair;
         let inside =
             (0..other.faces().len() as u32).filter(|&face| !other.is_outside(face as usize));
         let wanted: Vec<Piece> = inside.map(|face| Piece::whole(face, face, [0, 1, 2])).collect();
@@ -65,9 +65,9 @@ fn one_mesh_with_two_layouts_is_linked_by_its_faces() {
 fn the_report_says_why_earlier_ways_were_not_taken() {
     let bench = Bench::new();
     let mesh = head([0.0; 3], 0.9, 0);
-    obj::save(&mesh, &bench.path("plain.obj")).unwrap();
+    obj::save(&mesh, bench.path("plain.obj")).unwrap();
     let shuffled = Shuffled::new(&mesh, 3).mesh;
-    obj::save(&shuffled, &bench.path("shuffled.obj")).unwrap();
+    obj::save(&shuffled, bench.path("shuffled.obj")).unwrap();
     let text = bench.succeed("pair plain.obj shuffled.obj -o new.uvpair");
     let lines: Vec<&str> = text.lines().collect();
     assert!(lines[0].starts_with("linked by connectivity: "), "{text}");
@@ -92,7 +92,7 @@ fn flame_with_another_layout_is_linked_by_its_faces() {
     assert_eq!(report["linked_by"], serde_json::json!({ "faces": "vertices" }));
     // All but the eyeballs, which have a tile of their own.
     assert_eq!(report["links"], 9_976 - 2_176);
-    let pair = pair_file::read(&bench.path("new.uvpair")).unwrap().pair;
+    let pair = pair_file::read(bench.path("new.uvpair")).unwrap().pair;
     for piece in pair.pieces() {
         let Extent::Whole(corners) = piece.extent else { panic!("a part") };
         for (k, &corner) in corners.iter().enumerate() {

@@ -27,7 +27,7 @@ fn floats(shape: &[usize], values: Vec<f32>) -> NumericArray {
 }
 
 fn save(bench: &Bench, name: &str, arrays: &NamedArrays) {
-    arrays::save_npz(arrays, &bench.path(name)).unwrap();
+    arrays::save_npz(arrays, bench.path(name)).unwrap();
 }
 
 /// The figure's pair, its face, its body with darker skin, and its wave.
@@ -58,7 +58,7 @@ fn save_model_pair(bench: &Bench, name: &str, model: &BodyModel) {
 }
 
 fn scene(bench: &Bench, name: &str) -> Scene {
-    Scene::load(&bench.path(name)).unwrap()
+    Scene::load(bench.path(name)).unwrap()
 }
 
 /// The texture of an avatar file.
@@ -237,7 +237,7 @@ fn what_fate_baked_is_a_face() {
     let bench = demo();
     bench.make_folder("workspace/baking/dump_texture");
     let save =
-        |name: &str, arrays: &NamedArrays| torch::save_pth(arrays, &bench.path(name)).unwrap();
+        |name: &str, arrays: &NamedArrays| torch::save_pth(arrays, bench.path(name)).unwrap();
     save("sure.pth", &dump(|_| 12.0));
     save("workspace/baking/dump_texture/00001_tex_dump.pth", &dump(|_| 12.0));
     save("half.pth", &dump(|column| if column < 26 { -12.0 } else { 12.0 }));
@@ -419,7 +419,7 @@ fn faces_outputs_and_options_are_checked() {
     let (bench, _) = head();
     let dump = dump(|_| 12.0);
     let save =
-        |name: &str, arrays: &NamedArrays| torch::save_pth(arrays, &bench.path(name)).unwrap();
+        |name: &str, arrays: &NamedArrays| torch::save_pth(arrays, bench.path(name)).unwrap();
     save("face.pth", &dump);
     bench.derive("cut.pth", "face.pth", |bytes| bytes.truncate(bytes.len() / 2));
     save("nan.pth", &with(&dump, "color", spoilt(&dump, "color", 3, f32::NAN)));

@@ -25,7 +25,7 @@ const WHOSE: &str = "--author Nobody --license only-author";
 const COMMAND: &str = "avatar demo.uvpair face.png --onto #c08a70 --size 16 --blend none --unit m";
 
 fn save(bench: &Bench, name: &str, arrays: &NamedArrays) {
-    arrays::save_npz(arrays, &bench.path(name)).unwrap();
+    arrays::save_npz(arrays, bench.path(name)).unwrap();
 }
 
 fn floats(shape: &[usize], values: Vec<f32>) -> NumericArray {
@@ -44,7 +44,7 @@ fn demo() -> Bench {
 /// Saves a model with the pair's triangles: a pair may have flipped quads' diagonals to match the
 /// head.
 fn save_model(bench: &Bench, name: &str, arrays: &NamedArrays) {
-    let file = pair_file::read(&bench.path("demo.uvpair")).unwrap();
+    let file = pair_file::read(bench.path("demo.uvpair")).unwrap();
     let faces = file.pair.target().faces();
     let corners = faces.as_flattened().iter().map(|&vertex| i64::from(vertex)).collect();
     let mut arrays = arrays.clone();
@@ -60,7 +60,7 @@ fn lowest(scene: &Scene, posing: &PoseRequest) -> f32 {
 }
 
 fn scene(bench: &Bench, name: &str) -> Scene {
-    Scene::load(&bench.path(name)).unwrap()
+    Scene::load(bench.path(name)).unwrap()
 }
 
 /// The figure's walk performed by a person of a model, standing on the floor.

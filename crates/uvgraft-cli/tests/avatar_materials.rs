@@ -171,7 +171,7 @@ fn a_head_keeps_its_own_texture() {
     bench.succeed(&format!("{DEMO} --mouth none --texture-layout head+body -o me.glb"));
     bench.succeed(&format!("{DEMO} --mouth none {WHOSE} --texture-layout head+body -o me.vrm"));
     bench.succeed(&format!("{DEMO} --mouth none -o atlas.glb"));
-    let scene = |name: &str| Scene::load(&bench.path(name)).unwrap();
+    let scene = |name: &str| Scene::load(bench.path(name)).unwrap();
     let sharp = scene("sharp.glb");
     assert_eq!(sharp.materials()[1].name, "head");
     let drawn = sharp.pose(&PoseRequest::default()).unwrap();
@@ -218,12 +218,12 @@ fn levels_are_files_or_part_of_one() {
     let summary = bench.succeed(&format!("{DEMO} --mouth none {options} -o me.glb"));
     bench.succeed(&format!("{DEMO} --mouth none --lods 2 {WHOSE} -o me.vrm"));
     let one = bench.succeed(&format!("{DEMO} --mouth none {options} --lods-as msft -o all.glb"));
-    let plain = Scene::load(&bench.path("me.glb")).unwrap();
+    let plain = Scene::load(bench.path("me.glb")).unwrap();
     assert_eq!(plain.triangles(), whole);
     let mut names = vec!["me.glb".to_owned(), "all.glb".to_owned(), "me.vrm".to_owned()];
     for level in 1..=3 {
         let name = format!("me.lod{level}.glb");
-        let scene = Scene::load(&bench.path(&name)).unwrap();
+        let scene = Scene::load(bench.path(&name)).unwrap();
         let share = scene.triangles() as f64 / (whole >> level) as f64;
         assert!((0.9..1.06).contains(&share), "{name}: {}", scene.triangles());
         assert_eq!(scene.expressions(), plain.expressions());
@@ -240,7 +240,7 @@ fn levels_are_files_or_part_of_one() {
     let node = json["nodes"].as_array().unwrap().iter().find(|node| node["extensions"].is_object());
     assert_eq!(node.unwrap()["extensions"]["MSFT_lod"]["ids"].as_array().unwrap().len(), 3);
     assert_eq!(json["meshes"].as_array().unwrap().len(), 4);
-    assert_eq!(Scene::load(&bench.path("all.glb")).unwrap().triangles(), whole);
+    assert_eq!(Scene::load(bench.path("all.glb")).unwrap().triangles(), whole);
     let names: Vec<&str> = names.iter().map(String::as_str).collect();
     bench.assert_valid(&names);
 }
@@ -250,7 +250,7 @@ fn levels_are_files_or_part_of_one() {
 fn a_budget_needs_no_preset_and_a_preset_says_what_it_is_for() {
     let bench = demo();
     bench.succeed(&format!("{DEMO} --triangles 6000 -o small.glb"));
-    let scene = Scene::load(&bench.path("small.glb")).unwrap();
+    let scene = Scene::load(bench.path("small.glb")).unwrap();
     assert!(scene.triangles() <= 6300, "{}", scene.triangles());
     let summary = bench.succeed(&format!("{DEMO} --preset visionos -o vision.glb"));
     assert!(summary.contains("AR Quick Look opens only USDZ"), "{summary}");

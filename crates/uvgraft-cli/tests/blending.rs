@@ -95,7 +95,7 @@ fn a_feather_is_as_wide_as_it_says() {
 fn the_mask_holds_the_weights() {
     let bench = plane::bench();
     bench.paint("white.png", (64, 64), Channels::Grey, &[255]);
-    vertex_map::save_npy(&source_columns(2..=6), &bench.path("part.npy")).unwrap();
+    vertex_map::save_npy(&source_columns(2..=6), bench.path("part.npy")).unwrap();
     for options in
         ["--feather 10mm", "--region part.npy", "--region part.npy --feather 5mm --grow 1ring"]
     {
@@ -353,7 +353,7 @@ fn several_are_blended_as_each_alone() {
         [r, g, b, if x < 40 { 255 } else { 190 }]
     });
     bench.draw("known.png", (32, 32), |x, y| [if x + y < 40 { 255 } else { 30 }]);
-    vertex_map::save_npy(&source_columns(0..=6), &bench.path("part.npy")).unwrap();
+    vertex_map::save_npy(&source_columns(0..=6), bench.path("part.npy")).unwrap();
     for options in [
         "--blend membrane --match skin --source-mask known.png --region part.npy",
         "--blend membrane --tone source --feather 3mm --exclude part.npy",
@@ -382,7 +382,7 @@ fn several_are_blended_as_each_alone() {
 #[test]
 fn a_preview_is_drawn() {
     let bench = dressed();
-    vertex_map::save_npy(&source_columns(0..=4), &bench.path("part.npy")).unwrap();
+    vertex_map::save_npy(&source_columns(0..=4), bench.path("part.npy")).unwrap();
     let preview = |options: &str| {
         transfer(&bench, &format!("face.png --onto base.png {options} --preview seen.png"));
         bench.texture("seen.png")
@@ -575,9 +575,9 @@ fn changed_masks_count_where_outputs_exist() {
     bench.paint("skin.png", (64, 64), Channels::Grey, &[255]);
     bench.paint("mean.png", (64, 64), Channels::Rgb, &SKIN);
     bench.paint("other.png", (64, 64), Channels::Rgb, &[200; 3]);
-    vertex_map::save_npy(&source_columns(0..=4), &bench.path("part.npy")).unwrap();
-    vertex_map::save_npy(&source_columns(0..=1), &bench.path("less.npy")).unwrap();
-    vertex_map::save_npy(&source_columns(0..=3), &bench.path("other.npy")).unwrap();
+    vertex_map::save_npy(&source_columns(0..=4), bench.path("part.npy")).unwrap();
+    vertex_map::save_npy(&source_columns(0..=1), bench.path("less.npy")).unwrap();
+    vertex_map::save_npy(&source_columns(0..=3), bench.path("other.npy")).unwrap();
     let line = "transfer plane.uvpair face.png --onto base.png --unit m --source-mask known.png \
                 --fill mean.png --blend membrane --tone source --skin skin.png --region part.npy \
                 --exclude less.npy --skip-existing -o out.png";

@@ -122,17 +122,17 @@ fn examples() -> Bench {
     let bench = Bench::new();
     let size = Size::square(SIDE);
     let face = paint_head(&figure, size);
-    obj::save(&figure.head, &bench.path("head.obj")).unwrap();
-    obj::save(&figure.body, &bench.path("body.obj")).unwrap();
-    vertex_map::save_npy(&figure.vertex_map, &bench.path("ids.npy")).unwrap();
+    obj::save(&figure.head, bench.path("head.obj")).unwrap();
+    obj::save(&figure.body, bench.path("body.obj")).unwrap();
+    vertex_map::save_npy(&figure.vertex_map, bench.path("ids.npy")).unwrap();
     let (head, body) = (&figure.head, &figure.body);
     bench.save_pair("head_to_body.uvpair", head.clone(), body.clone(), &figure.vertex_map);
     // The model has triangles, so its polygons must be split in the same way.
     let (positions, uv) = (body.positions().to_vec(), body.uv().to_vec());
     let model = Mesh::from_triangles(positions, uv, body.faces(), body.uv_faces()).unwrap();
-    obj::save(head, &bench.path("flame.obj")).unwrap();
-    obj::save(&model, &bench.path("smplx.obj")).unwrap();
-    vertex_map::save_npy(&figure.vertex_map, &bench.path("smplx_flame_ids.npy")).unwrap();
+    obj::save(head, bench.path("flame.obj")).unwrap();
+    obj::save(&model, bench.path("smplx.obj")).unwrap();
+    vertex_map::save_npy(&figure.vertex_map, bench.path("smplx_flame_ids.npy")).unwrap();
     bench.save_pair("flame_to_smplx.uvpair", head.clone(), model, &figure.vertex_map);
     bench.make_folder("faces");
     for name in ["face.png", "mean.png", "faces/anna.png", "faces/ben.png"] {
@@ -150,7 +150,7 @@ fn examples() -> Bench {
         .partition(|&vertex| figure.head.positions()[vertex as usize][1] < 1.5);
     bench.write("FLAME_masks.pkl", pickled(&[("face", rest), ("neck", neck)]));
     let model = walkers::model(BodyKind::SmplX);
-    arrays::save_npz(&model, &bench.path("SMPLX_NEUTRAL.npz")).unwrap();
+    arrays::save_npz(&model, bench.path("SMPLX_NEUTRAL.npz")).unwrap();
     let avatar = figure.avatar();
     let wave = as_amass(&avatar.skeleton, &avatar.clips[0]);
     let mut motion = NamedArrays::new();
@@ -160,7 +160,7 @@ fn examples() -> Bench {
     insert("poses", &[wave.frames, 156], wave.poses);
     insert("trans", &[wave.frames, 3], wave.trans);
     insert("mocap_framerate", &[], vec![wave.mocap_framerate]);
-    arrays::save_npz(&motion, &bench.path("walking_poses.npz")).unwrap();
+    arrays::save_npz(&motion, bench.path("walking_poses.npz")).unwrap();
     bench.make_folder("fate_workspace/baking_1/dump_texture");
     let dump = "crates/uvgraft-io/tests/array_samples/fate_tex_dump.pth";
     let to = bench.path("fate_workspace/baking_1/dump_texture/x_tex_dump.pth");

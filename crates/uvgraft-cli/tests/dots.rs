@@ -55,8 +55,8 @@ fn all_dots() -> Vec<([u8; 3], [f32; 2])> {
 
 fn bench() -> Bench {
     let bench = Bench::new();
-    obj::save(&bump(20, 0.0, 0.0, 0.9), &bench.path("a.obj")).unwrap();
-    obj::save(&bump(27, 2.0, 3.0, 0.6), &bench.path("b.obj")).unwrap();
+    obj::save(&bump(20, 0.0, 0.0, 0.9), bench.path("a.obj")).unwrap();
+    obj::save(&bump(27, 2.0, 3.0, 0.6), bench.path("b.obj")).unwrap();
     paint(&bench, "a.png", 0.9, &all_dots());
     paint(&bench, "b.png", 0.6, &all_dots());
     bench
@@ -71,7 +71,7 @@ fn dots_align_meshes_that_nothing_else_does() {
     let report = bench.succeed(&format!("{PAIR} --landmarks a.png b.png --registered r.obj"));
     assert!(report.starts_with("linked by surfaces, aligned by landmarks: "), "{report}");
     // The turned and moved bump is back in its place.
-    let registered = obj::read(&bench.path("r.obj")).unwrap();
+    let registered = obj::read(bench.path("r.obj")).unwrap();
     let wanted = bump(27, 0.0, 0.0, 0.6);
     let off =
         |(a, b): (&[f32; 3], &[f32; 3])| (0..3).map(|k| (a[k] - b[k]).powi(2)).sum::<f32>().sqrt();

@@ -39,7 +39,7 @@ fn names_in_meshes_and_pairs() {
     }
     let (head, body) = (bench.path("source.obj"), bench.path("target.obj"));
     let named = |name: &str| format!("{NAME}{name}");
-    let ids = uvgraft_io::vertex_map::read(&bench.path("ids.npy")).unwrap();
+    let ids = uvgraft_io::vertex_map::read(bench.path("ids.npy")).unwrap();
     let read = |path| uvgraft_io::obj::read(path).unwrap();
     let file = uvgraft_io::pair_file::PairFile {
         pair: uvgraft::Pair::by_vertex_map(read(&head), read(&body), &ids).unwrap().into(),
@@ -47,7 +47,7 @@ fn names_in_meshes_and_pairs() {
         target_name: named("target"),
         note: named("note"),
     };
-    uvgraft_io::pair_file::write(&file, &bench.path("named.uvpair")).unwrap();
+    uvgraft_io::pair_file::write(&file, bench.path("named.uvpair")).unwrap();
     for args in ["inspect named.uvpair", "inspect named.uvpair --json"] {
         let run = bench.run(args);
         assert_eq!(run.code, Some(0), "{run:?}");

@@ -85,7 +85,7 @@ fn what_a_mesh_shows_and_its_unit_are_guessed() {
     for (name, mesh, wanted) in
         [("head.obj", &figure.head, "a head"), ("body.obj", &figure.body, "a body")]
     {
-        obj::save(mesh, &bench.path(name)).unwrap();
+        obj::save(mesh, bench.path(name)).unwrap();
         let report = bench.succeed(&format!("inspect mesh {name}"));
         assert_eq!(row(&report, "shows"), wanted);
         assert!(row(&report, "size").ends_with("unit probably m"), "{report}");
@@ -102,7 +102,7 @@ fn in_two_tiles() -> Mesh {
 #[test]
 fn each_uv_tile_has_its_panel() {
     let bench = Bench::new();
-    obj::save(&in_two_tiles(), &bench.path("tiles.obj")).unwrap();
+    obj::save(&in_two_tiles(), bench.path("tiles.obj")).unwrap();
     let report = bench.succeed("inspect mesh tiles.obj --preview tiles.png");
     assert_eq!(row(&report, "UV tiles"), "1001 (1 triangle), 1003 (1 triangle)");
     assert_eq!(row(&report, "outside unit square"), "1 triangle");
@@ -161,7 +161,7 @@ fn every_format_that_pairs_take_is_described() {
     model.insert("f", ints.clone());
     model.insert("vt", floats);
     model.insert("ft", ints);
-    save_npz(&model, &bench.path("MODEL.npz")).unwrap();
+    save_npz(&model, bench.path("MODEL.npz")).unwrap();
     bench.write(
         "parts.obj",
         "v 0 0 0\nv 1 0 0\nv 0 1 0\nvt 0 0\nvt 1 0\nvt 0 1\no left\n\
@@ -189,7 +189,7 @@ fn every_format_that_pairs_take_is_described() {
 #[test]
 fn pairs_that_look_wrong_are_warned_of_once() {
     let bench = Bench::new();
-    obj::save(&in_two_tiles(), &bench.path("tiles.obj")).unwrap();
+    obj::save(&in_two_tiles(), bench.path("tiles.obj")).unwrap();
     let run = bench.run("pair tiles.obj tiles.obj --by faces -o new.uvpair");
     assert_eq!(run.code, Some(0), "{}", run.stderr);
     // One warning a side, although two checks see the triangle.

@@ -50,7 +50,7 @@ fn positions_follow_from_the_layouts() {
 #[test]
 fn the_array_holds_what_the_map_says_in_both_directions() {
     let bench = Bench::new();
-    let pair = pair_file::read(&bench.path("my.uvpair")).unwrap().pair;
+    let pair = pair_file::read(bench.path("my.uvpair")).unwrap().pair;
     let size = Size::new(33, 57);
     for (direction, options, gutter_px) in [
         (Direction::Forward, "", MapOptions::default().gutter_px),

@@ -42,7 +42,7 @@ fn the_matrix_is_the_transfer() {
         let out = bench.texture("out.png");
         let (out, count) = levels(&out);
         assert_eq!(count, 4);
-        let matrix = arrays::read(&bench.path("h.csr.npz")).unwrap();
+        let matrix = arrays::read(bench.path("h.csr.npz")).unwrap();
         assert_eq!(matrix.text("format"), Some("csr"));
         let integers = |name: &str| matrix.require(name).unwrap().integers().unwrap();
         let rows = side[0] * side[1];

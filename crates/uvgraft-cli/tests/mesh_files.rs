@@ -74,7 +74,7 @@ fn every_format_has_the_same_layout() {
     bench.write("strip.bin", &strip.binary);
     bench.write("apart.gltf", strip.with("/buffers/0/uri", "strip.bin".into()).json.to_string());
     bench.write("mesh.ply", PLY);
-    save_npz(&model(true), &bench.path("MODEL.npz")).unwrap();
+    save_npz(&model(true), bench.path("MODEL.npz")).unwrap();
     // Neither names nor extensions matter.
     bench.write("really#a.obj", strip_glb());
     let files = ["mesh.glb", "apart.gltf", "MODEL.npz", "really#a.obj", "mesh.glb#strip/0"];
@@ -95,7 +95,7 @@ fn strip_glb() -> Vec<u8> {
 #[test]
 fn what_does_not_exist_is_bad_input() {
     let bench = bench();
-    save_npz(&model(false), &bench.path("MODEL.npz")).unwrap();
+    save_npz(&model(false), bench.path("MODEL.npz")).unwrap();
     let glb = strip_glb();
     bench.write("cut.glb", &glb[..glb.len() / 2]);
     bench.write(

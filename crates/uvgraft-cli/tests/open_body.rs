@@ -37,7 +37,7 @@ fn an_avatar_of_the_open_body_has_all_expressions_and_its_terms() {
             "avatar head.uvpair face.png --onto skin.png --body open_body.npz --size 512 \
              --shape gender=1,weight=0.7,height=1.9{terms} -o {name}"
         ));
-        let scene = Scene::load(&bench.path(name)).unwrap();
+        let scene = Scene::load(bench.path(name)).unwrap();
         let expressions = scene.expressions();
         for wanted in OF_ARKIT {
             assert!(expressions.contains(&wanted), "{name}: {wanted} of {expressions:?}");
@@ -61,8 +61,7 @@ fn its_expressions_go_to_another_body() {
     let avatar = "avatar demo.uvpair face.png --onto base.png --body demo --size 256";
     bench.succeed(&format!("{avatar} -o plain.glb"));
     bench.succeed(&format!("{avatar} --expressions open_body.npz -o me.glb"));
-    let [plain, scene] =
-        ["plain.glb", "me.glb"].map(|name| Scene::load(&bench.path(name)).unwrap());
+    let [plain, scene] = ["plain.glb", "me.glb"].map(|name| Scene::load(bench.path(name)).unwrap());
     let [before, after] = [&plain, &scene].map(Scene::expressions);
     assert_eq!(after.len(), before.len() + 52, "{after:?}");
     for wanted in OF_ARKIT {

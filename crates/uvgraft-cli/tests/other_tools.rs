@@ -48,7 +48,7 @@ fn other_tools_agree() {
     let mut named = NamedArrays::new();
     let single: Vec<i64> = single.map(i64::from).collect();
     named.insert("single", NumericArray::new_i64(shape.to_vec(), single).unwrap());
-    arrays::save_npz(&named, &bench.path("single.npz")).unwrap();
+    arrays::save_npz(&named, bench.path("single.npz")).unwrap();
     let script = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/other_tools/check.py");
     let output = Command::new(python).arg(script).arg(bench.path(".")).output().unwrap();
     let [out, errors] = [output.stdout, output.stderr].map(|text| String::from_utf8(text).unwrap());

@@ -14,8 +14,8 @@ fn bench() -> Bench {
     let bench = plane::bench();
     bench.paint("white.png", (64, 64), Channels::Grey, &[255]);
     let half = source_columns(0..=4);
-    vertex_map::save_npy(&half, &bench.path("half.npy")).unwrap();
-    vertex_map::save_npy(&source_columns(5..=8), &bench.path("right.npy")).unwrap();
+    vertex_map::save_npy(&half, bench.path("half.npy")).unwrap();
+    vertex_map::save_npy(&source_columns(5..=8), bench.path("right.npy")).unwrap();
     bench.write("half.txt", text(&half));
     // In the target it is in columns 4 to 8, and unlinked vertices do not count.
     bench.write("body.txt", text(&target_columns(0..=8)));

@@ -51,7 +51,7 @@ fn bench() -> Bench {
         target_name: "three.obj".to_owned(),
         note: String::new(),
     };
-    pair_file::write(&file, &bench.path("row.uvpair")).unwrap();
+    pair_file::write(&file, bench.path("row.uvpair")).unwrap();
     save(&bench, "paint.png", |x, y| match (x, y) {
         (_, 60..) => RED,
         (60.., _) => GREY,
@@ -65,7 +65,7 @@ fn save(bench: &Bench, name: &str, color: impl Fn(u32, u32) -> [u8; 3]) {
     let texture =
         Texture::new(Size::square(100), Channels::Rgb, Encoding::Srgb, Texels::U8(texels)).unwrap();
     let options = WriteOptions::default();
-    let written = image::write(&texture.into(), &bench.path(name), &options).unwrap();
+    let written = image::write(&texture.into(), bench.path(name), &options).unwrap();
     assert_eq!(written.losses, []);
 }
 
@@ -208,7 +208,7 @@ fn figure_bench() -> Bench {
     bench.save("body.png", look.paint(pair.target(), &BodyFrame::FIGURE, &layout).texture);
     let [source_name, target_name] = ["head.obj", "body.obj"].map(str::to_owned);
     let file = PairFile { pair, source_name, target_name, note: String::new() };
-    pair_file::write(&file, &bench.path("figure.uvpair")).unwrap();
+    pair_file::write(&file, bench.path("figure.uvpair")).unwrap();
     bench
 }
 

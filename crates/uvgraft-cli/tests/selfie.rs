@@ -202,7 +202,7 @@ fn a_photograph_becomes_a_texture_without_its_metadata() {
     let share = (0..512).flat_map(|y| (0..512).map(move |x| (x, y)));
     let share = share.filter(|&(x, y)| known.get(x, y, 0) > 0.5).count() as f64 / (512.0 * 512.0);
     assert!((0.05..0.9).contains(&share), "{share}");
-    let (shape, figure) = (obj::read(&bench.path("one/shape.obj")).unwrap(), Figure::new().head);
+    let (shape, figure) = (obj::read(bench.path("one/shape.obj")).unwrap(), Figure::new().head);
     assert_eq!((shape.faces(), shape.uv()), (figure.faces(), figure.uv()));
     assert_ne!(shape.positions(), figure.positions());
     let cameras: serde_json::Value =
@@ -240,7 +240,7 @@ fn an_avatar_gets_the_face_and_its_shape() {
     assert!(bench.bytes("me.glb") == bench.bytes("again/me.glb"));
     run("plain.glb", "--likeness 0");
     let positions = |name: &str| {
-        let scene = Scene::load(&bench.path(name)).unwrap();
+        let scene = Scene::load(bench.path(name)).unwrap();
         let posed = scene.pose(&uvgraft_gltf::scene::PoseRequest::default()).unwrap();
         posed.into_iter().flat_map(|drawn| drawn.positions).collect::<Vec<_>>()
     };

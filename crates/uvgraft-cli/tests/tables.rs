@@ -65,8 +65,8 @@ fn elements() -> Vec<(i64, i64, f64)> {
 
 fn bench() -> Bench {
     let bench = Bench::new();
-    obj::save(&source(), &bench.path("coarse.obj")).unwrap();
-    obj::save(&target(), &bench.path("fine.obj")).unwrap();
+    obj::save(&source(), bench.path("coarse.obj")).unwrap();
+    obj::save(&target(), bench.path("fine.obj")).unwrap();
     bench
 }
 
@@ -83,7 +83,7 @@ fn save(bench: &Bench, name: &str, arrays: &[(&str, NumericArray)]) {
     for (name, array) in arrays {
         named.insert(*name, array.clone());
     }
-    save_npz(&named, &bench.path(name)).unwrap();
+    save_npz(&named, bench.path(name)).unwrap();
 }
 
 fn save_points(bench: &Bench, name: &str, change: impl Fn(&mut [(i64, [f64; 3])])) {
@@ -170,7 +170,7 @@ fn grid() -> [(&'static str, NumericArray); 2] {
 }
 
 fn pair(bench: &Bench) -> Pair {
-    let file = pair_file::read(&bench.path("new.uvpair")).unwrap();
+    let file = pair_file::read(bench.path("new.uvpair")).unwrap();
     std::sync::Arc::unwrap_or_clone(file.pair)
 }
 
@@ -264,7 +264,7 @@ fn reversed() -> Mesh {
 #[test]
 fn a_table_of_vertices_is_a_vertex_map() {
     let bench = bench();
-    obj::save(&reversed(), &bench.path("reversed.obj")).unwrap();
+    obj::save(&reversed(), bench.path("reversed.obj")).unwrap();
     let ids: Vec<i64> = (0..25).rev().collect();
     let corners: Vec<i64> = ids.iter().flat_map(|&id| [id; 3]).collect();
     let weights: Vec<f64> = (0..25).flat_map(|_| [1.0, 0.0, 0.0]).collect();
@@ -313,7 +313,7 @@ fn texels(mesh: &Mesh) -> Vec<(&'static str, NumericArray)> {
 fn texels_of_a_layout_link_the_meshes_that_have_it() {
     let bench = bench();
     let reversed = reversed();
-    obj::save(&reversed, &bench.path("reversed.obj")).unwrap();
+    obj::save(&reversed, bench.path("reversed.obj")).unwrap();
     // The layout of the coarse sheet with the vertices of the reversed one.
     let faces: Vec<[u32; 3]> =
         source().faces().iter().map(|face| face.map(|vertex| 24 - vertex)).collect();
@@ -346,7 +346,7 @@ fn tables_of_other_meshes_name_all_counts() {
     let [(csr, bytes), ..] = pickles();
     bench.write(csr, bytes);
     save_points(&bench, "points.npz", |_| {});
-    obj::save(&sheet(5, 1.0, 0.0), &bench.path("other.obj")).unwrap();
+    obj::save(&sheet(5, 1.0, 0.0), bench.path("other.obj")).unwrap();
     bench.refuse(
         "pair coarse.obj other.obj --table csr.pkl -o new.uvpair",
         &[

@@ -32,8 +32,8 @@ fn bench() -> Bench {
     let bench = Bench::new();
     let source = quads(&[[0.0, 0.0, 1.0, 1.0], [2.0, 0.0, 3.0, 1.0]]);
     let target = quads(&[[0.0, 0.0, 0.5, 1.0], [0.5, 0.0, 1.0, 1.0]]);
-    obj::save(&source, &bench.path("tiles.obj")).unwrap();
-    obj::save(&target, &bench.path("square.obj")).unwrap();
+    obj::save(&source, bench.path("tiles.obj")).unwrap();
+    obj::save(&target, bench.path("square.obj")).unwrap();
     let report = bench.make("pair tiles.obj square.obj --by faces -o eyes.uvpair");
     let row = |name: &str| {
         let line = report.lines().find(|line| line.starts_with(name));
@@ -172,7 +172,7 @@ fn coordinates_outside_are_clamped_or_repeated() {
     assert_eq!(colors(&bench.texture("out.png")), [(RED.to_vec(), 4096)]);
 
     let crossing = quads(&[[0.0, 0.0, 1.0, 1.0], [0.75, 0.0, 1.25, 1.0]]);
-    obj::save(&crossing, &bench.path("crossing.obj")).unwrap();
+    obj::save(&crossing, bench.path("crossing.obj")).unwrap();
     let pair = pair.replace("tiles.obj", "crossing.obj");
     for how in ["repeat", "unlinked"] {
         let run = bench.run(&format!("{pair} --outside {how}"));
@@ -193,7 +193,7 @@ fn the_eyes_of_a_real_head_get_their_own_image() {
         std::fs::copy(folder.join(file), bench.path(file)).unwrap();
     }
     bench.make("pair flame_hifi3d_uv.obj flame_head_template.obj -o real.uvpair");
-    let pair = pair_file::read(&bench.path("real.uvpair")).unwrap().pair;
+    let pair = pair_file::read(bench.path("real.uvpair")).unwrap().pair;
     let eyes = pair.pieces_in_other_tiles().len();
     assert_eq!((pair.piece_count() + eyes, eyes), (9976, 2176));
     bench.paint("face_1001.png", (128, 128), Channels::Rgb, &RED);

@@ -309,7 +309,7 @@ fn data_is_never_converted() {
     };
     let write = |name: &str, texture: uvgraft::Texture| {
         let options = uvgraft_io::image::WriteOptions::default();
-        let written = uvgraft_io::image::write(&texture.into(), &bench.path(name), &options);
+        let written = uvgraft_io::image::write(&texture.into(), bench.path(name), &options);
         assert_eq!(written.unwrap().losses, []);
     };
     write("rough.exr", value(0.25));
@@ -772,7 +772,7 @@ fn a_source_whose_lower_rows_are_not_read() {
             // Decoded as a whole.
             let image = bench.image(name);
             let options = uvgraft_io::image::WriteOptions::default();
-            let written = uvgraft_io::image::write(&image, &bench.path("whole.tif"), &options);
+            let written = uvgraft_io::image::write(&image, bench.path("whole.tif"), &options);
             assert!(written.unwrap().losses.is_empty());
             bench.succeed(&format!("transfer my.uvpair whole.tif {args} -o tif.png"));
             assert!(bench.bytes("png.png") == bench.bytes("tif.png"), "{name} {filter}");

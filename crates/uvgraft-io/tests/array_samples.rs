@@ -10,7 +10,7 @@ fn path(name: &str) -> PathBuf {
 }
 
 fn sample(name: &str) -> NamedArrays {
-    arrays::read(&path(name)).unwrap_or_else(|error| panic!("{error}"))
+    arrays::read(path(name)).unwrap_or_else(|error| panic!("{error}"))
 }
 
 #[track_caller]
@@ -77,7 +77,7 @@ fn a_deflated_npz_of_every_kind() {
 #[test]
 fn tensors() {
     let found = sample("tensors.pth");
-    assert_eq!(torch::read(&path("tensors.pth")).unwrap(), found);
+    assert_eq!(torch::read(path("tensors.pth")).unwrap(), found);
     check(&found, "plain", &[2, 3], &counted(6, 1.0));
     check(&found, "turned", &[3, 2], &[0.0, 3.0, 1.0, 4.0, 2.0, 5.0]);
     check(&found, "column", &[2], &[1.0, 4.0]);
@@ -90,7 +90,7 @@ fn tensors() {
     check(&found, "bools", &[2], &[1.0, 0.0]);
     check(&found, "layer.weight", &[1], &[3.0]);
     check(&found, "epoch", &[], &[7.0]);
-    let bare = torch::read(&path("bare.pth")).unwrap();
+    let bare = torch::read(path("bare.pth")).unwrap();
     check(&bare, "", &[2, 3], &counted(6, 1.0));
     assert_eq!(bare.names().collect::<Vec<_>>(), [""]);
 }
@@ -103,7 +103,7 @@ fn other_files_of_torch_are_refused_by_name() {
         ("deflated.npz", "got an archive without data.pkl"),
         ("make.py", "got a file that starts with `"),
     ] {
-        let error = torch::read(&path(name)).unwrap_err().to_string();
+        let error = torch::read(path(name)).unwrap_err().to_string();
         assert!(error.contains(name) && error.contains(wanted), "{error}");
     }
     for name in ["script.pt", "before_1_6.pth", "make.py"] {
@@ -119,7 +119,7 @@ fn other_files_of_torch_are_refused_by_name() {
 #[test]
 fn a_dump_of_fate() {
     for size in [8, 16] {
-        let read = fate::read(&path("fate_tex_dump.pth"), size).unwrap();
+        let read = fate::read(path("fate_tex_dump.pth"), size).unwrap();
         let (color, confidence) = (read.texture.color, read.texture.confidence.unwrap());
         for at in 0..size {
             let centre = (at as f32 + 0.5) / size as f32;

@@ -27,7 +27,7 @@ fn path(name: &str) -> PathBuf {
 }
 
 fn sample(name: &str) -> CorrespondenceFile {
-    correspondence_table::read(&path(name)).unwrap_or_else(|error| panic!("{error}"))
+    correspondence_table::read(path(name)).unwrap_or_else(|error| panic!("{error}"))
 }
 
 #[test]

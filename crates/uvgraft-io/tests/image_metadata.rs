@@ -209,7 +209,7 @@ fn focal_lengths_of_every_format() {
         // The orientation too: these images are turned upright.
         assert_eq!(decode(&bytes).unwrap().texture.size(), Size::new(30, 40), "{format}");
     }
-    let error = read_focal_length_px(&folder.path().join("none.jpg")).unwrap_err().to_string();
+    let error = read_focal_length_px(folder.path().join("none.jpg")).unwrap_err().to_string();
     assert!(error.contains("none.jpg"), "{error}");
     assert!(decode_focal_length_px(b"GIF89a").is_err());
     for format in Format::ALL {

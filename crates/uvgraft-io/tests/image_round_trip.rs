@@ -222,7 +222,7 @@ fn paths_decide_what_is_written_and_content_what_is_read() {
         ("c", ": cannot infer an image format from a name without an extension"),
         ("c.gif", ": cannot infer an image format from the extension .gif"),
     ] {
-        let error = write(&image, &folder.path().join(name), &options).unwrap_err();
+        let error = write(&image, folder.path().join(name), &options).unwrap_err();
         assert!(matches!(error, WriteError::Extension { .. }));
         let message = error.to_string();
         assert!(
@@ -230,6 +230,6 @@ fn paths_decide_what_is_written_and_content_what_is_read() {
                 && message.ends_with(".png, .jpg, .jpeg, .webp, .tif, .tiff, .exr")
         );
     }
-    let error = read(&folder.path().join("none.png")).unwrap_err().to_string();
+    let error = read(folder.path().join("none.png")).unwrap_err().to_string();
     assert!(error.contains("none.png: "), "{error}");
 }

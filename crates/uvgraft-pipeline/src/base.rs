@@ -48,11 +48,11 @@ impl BaseOrder<'_> {
 
     fn size_without_image(&self) -> Result<Size> {
         self.size.ok_or_else(|| {
-            Failure::input(if self.is_material {
-                "a map without a base image must have a size: add --size N, or --onto ROLE=IMAGE \
+            Failure::option(if self.is_material {
+                "a map without a base image must have a size: add `size` N, or `onto` ROLE=IMAGE \
                  for each map"
             } else {
-                "without a base image the result must have a size: use --size N or --onto IMAGE"
+                "without a base image the result must have a size: use `size` N or `onto` IMAGE"
             })
         })
     }
@@ -292,7 +292,7 @@ fn not_a_base(error: &ReadError, path: &Path) -> Failure {
     if path.exists() {
         Failure::input(error)
     } else {
-        Failure::input(format!("{error}; --onto must be an image or a colour such as #808080"))
+        Failure::option(format!("{error}; `onto` must be an image or a colour such as #808080"))
     }
 }
 

@@ -121,7 +121,7 @@ pub fn exclusion_note(toning: &ToneCorrection) -> Option<String> {
     let share = toning.report().left_out;
     (toning.narrowed().is_some() && share > 5e-4).then(|| {
         format!(
-            "{:.1} % of the region excluded as cloth or background at the neck; use --keep-all to \
+            "{:.1} % of the region excluded as cloth or background at the neck; use `keep_all` to \
              keep it",
             share * 100.0
         )

@@ -135,7 +135,7 @@ impl Shared {
     /// Decodes the source while the graft is prepared, finds the tone, and streams the base through
     /// the overlay band by band.
     fn try_carry(&self, call: &Call<'_>, log: &mut Log) -> Result<Done> {
-        stream::check(call.observer)?;
+        call.observer.check()?;
         let source = call.source.open()?;
         let formats = self.formats(call, &source, log)?;
         let bands = self.base.bands(formats.base)?;
@@ -196,11 +196,11 @@ impl Shared {
 
     fn needs_alpha(&self, output: &Path) -> Failure {
         let hint = if self.base.is_clear_color() {
-            "use an opaque base, such as --onto '#808080', or write"
+            "use an opaque base, such as `onto` '#808080', or write"
         } else {
             "choose"
         };
-        Failure::input(format!(
+        Failure::option(format!(
             "cannot write {}: the result has an alpha channel, which JPEG does not support; \
              {hint} PNG, WebP, TIFF or EXR",
             output.display()

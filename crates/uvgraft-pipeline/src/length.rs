@@ -111,7 +111,7 @@ pub(crate) fn assumption(extent: f64, unit: Unit) -> String {
         format!("{:.1} cm", longest * 100.0)
     };
     format!(
-        "the mesh has no unit; assuming {}, which makes its largest dimension {size}; use --unit \
+        "the mesh has no unit; assuming {}, which makes its largest dimension {size}; use `unit` \
          to change this",
         unit.name()
     )

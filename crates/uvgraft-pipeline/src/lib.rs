@@ -67,7 +67,7 @@ mod worker;
 pub use base_source::BaseSource;
 pub use blend_settings::{BlendMode, BlendSettings, ToneSide};
 pub use blending::{Blending, KnownTexels, exclusion_note};
-pub use failure::{Blame, Failure, Fault, Result};
+pub use failure::{Blame, Failure, Fault, Result, spelled};
 pub use length::{Length, Unit};
 pub use manifest::Manifest;
 pub use material::{Role, Values};

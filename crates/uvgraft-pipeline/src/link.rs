@@ -53,10 +53,9 @@ impl Link {
     pub(crate) fn size(&self, wanted: Option<Size>) -> Result<Option<Size>> {
         match (self, wanted) {
             (Self::Pair(_), wanted) => Ok(wanted),
-            (Self::Map(map), Some(wanted)) if wanted != map.size() => Err(Failure::input(format!(
-                "--size must be that of the map, {}, got {wanted}",
-                map.size()
-            ))),
+            (Self::Map(map), Some(wanted)) if wanted != map.size() => Err(Failure::option(
+                format!("`size` must be that of the map, {}, got {wanted}", map.size()),
+            )),
             (Self::Map(map), _) => Ok(Some(map.size())),
         }
     }
@@ -76,32 +75,32 @@ impl Transfer {
         };
         let blends = self.blending.is_some() || self.draw_labels.is_some();
         let ruled_out = [
-            (self.fit.is_some(), "--fit", "a fit needs the way back, which only a pair has"),
+            (self.fit.is_some(), "`fit`", "a fit needs the way back, which only a pair has"),
             (
                 !self.region.is_everything(),
-                "--region, --exclude or --grow",
+                "`region`, `exclude` or `grow`",
                 "regions are parts of a mesh, and a map has none",
             ),
             (
                 blends,
-                "--blend, --feather, --match, --labels or --preview",
+                "`blend`, `feather`, `match`, `labels` or `preview`",
                 "blends are computed on the surface of a mesh, and a map has none",
             ),
             (normals, "normal maps", "they need the tangent frames of two meshes"),
             (
                 self.direction == Direction::Reverse,
-                "--reverse",
+                "`reverse`",
                 "a map has one direction; export another one with `uvgraft map --reverse`",
             ),
             (
                 self.overlap == Overlap::Average,
-                "--overlap average",
+                "`overlap` average",
                 "a map has one position for each texel",
             ),
         ];
         match ruled_out.into_iter().find(|(is_asked, ..)| *is_asked) {
             Some((_, what, why)) => {
-                Err(Failure::input(format!("--with-map cannot be used with {what}: {why}")))
+                Err(Failure::option(format!("`with_map` cannot be used with {what}: {why}")))
             }
             None => Ok(()),
         }

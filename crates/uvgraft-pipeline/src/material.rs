@@ -68,7 +68,7 @@ impl Role {
         let found = ROLES.iter().find(|(known, _)| *known == name);
         found.map(|&(name, values)| Self { name, values }).ok_or_else(|| {
             let names: Vec<&str> = ROLES.iter().map(|(name, _)| *name).collect();
-            Failure::input(format!("--map {name}: role must be one of {}", names.join(", ")))
+            Failure::option(format!("`map` {name}: role must be one of {}", names.join(", ")))
         })
     }
 

@@ -96,8 +96,8 @@ fn refuse_beyond(bound: u64, needed: u64) -> Result<()> {
         return Ok(());
     }
     let megabytes = needed.div_ceil(1 << 20);
-    Err(Failure::input(format!(
-        "the transfer may take {megabytes} MiB of memory, but --memory allows {}; add --memory \
+    Err(Failure::option(format!(
+        "the transfer may take {megabytes} MiB of memory, but `memory` allows {}; add `memory` \
          {megabytes}M, or use smaller textures",
         bound >> 20
     )))
@@ -215,8 +215,8 @@ mod tests {
         let share = bound.take(40 << 20).unwrap();
         drop(share);
         let refused = bound.take((40 << 20) + 1).map(drop).unwrap_err();
-        let wanted = "the transfer may take 101 MiB of memory, but --memory allows 100; add \
-                      --memory 101M, or use smaller textures";
+        let wanted = "the transfer may take 101 MiB of memory, but `memory` allows 100; add \
+                      `memory` 101M, or use smaller textures";
         assert_eq!(refused.to_string(), wanted);
         // Alone, but not with another.
         let default = Memory::new(100, 60, false);

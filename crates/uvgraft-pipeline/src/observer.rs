@@ -1,11 +1,12 @@
 //! Progress events for callers, and cancellation.
 
+use std::fmt::Display;
 use std::path::Path;
 use std::time::Duration;
 
 use uvgraft::{FitProgress, FitSummary};
 
-use crate::failure::Failure;
+use crate::failure::{Failure, Result};
 
 /// Observes the work. Methods may be called from several threads at once; the defaults ignore all
 /// events and never cancel.
@@ -24,6 +25,26 @@ pub trait Observer: Sync {
 
 /// An observer that ignores everything.
 impl Observer for () {}
+
+impl dyn Observer + '_ {
+    /// Passes on a note.
+    pub fn note(&self, text: impl Display) {
+        self.event(Event::Note(&text.to_string()));
+    }
+
+    /// Passes on a warning.
+    pub fn warn(&self, text: impl Display) {
+        self.event(Event::Warning(&text.to_string()));
+    }
+
+    /// Ends work that the caller cancelled.
+    ///
+    /// # Errors
+    /// [`Failure::cancelled`], if it was.
+    pub fn check(&self) -> Result<()> {
+        if self.is_cancelled() { Err(Failure::cancelled()) } else { Ok(()) }
+    }
+}
 
 /// Figures on an output.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -81,7 +102,7 @@ pub enum Event<'a> {
         /// The output file, written or not.
         output: &'a Path,
         /// Figures on the output.
-        result: Result<OutputFigures, &'a Failure>,
+        result: std::result::Result<OutputFigures, &'a Failure>,
         /// How long it took, without waiting for memory.
         duration: Duration,
     },
@@ -96,7 +117,7 @@ pub enum Event<'a> {
         /// Warnings.
         warnings: &'a [String],
         /// Summary of the fit, if the texture was fitted.
-        result: Result<Option<&'a FitSummary>, &'a Failure>,
+        result: std::result::Result<Option<&'a FitSummary>, &'a Failure>,
     },
     /// A batch ended.
     BatchEnded {

@@ -76,7 +76,7 @@ impl Plan {
     /// One job for each material map, its output named after the role, in the format of the source.
     fn of_maps(transfer: &Transfer, maps: &[MaterialMap]) -> Result<Self> {
         let folder = &*transfer.output;
-        let is_new = is_new_folder(folder, "--map")?;
+        let is_new = is_new_folder(folder, "`map`")?;
         let mut batches: Vec<Batch> = Vec::with_capacity(maps.len());
         for MaterialMap { role, source, onto } in maps {
             let extension = match &transfer.format {
@@ -84,9 +84,9 @@ impl Plan {
                 None => source.extension().unwrap_or_default().to_string_lossy().into_owned(),
             };
             if Format::from_extension(&extension).is_none() {
-                return Err(Failure::input(format!(
+                return Err(Failure::option(format!(
                     "{}: cannot infer the output format of the map {} from the file name; use \
-                     --format, such as --format png",
+                     `format`, such as `format` png",
                     source.display(),
                     role.name()
                 )));
@@ -94,7 +94,7 @@ impl Plan {
             let output = folder.join(role.name()).with_extension(extension);
             let mut others = batches.iter().flat_map(|batch| &batch.jobs);
             if others.any(|job| job.output.file_stem() == output.file_stem()) {
-                return Err(Failure::input(format!("--map {}: role given twice", role.name())));
+                return Err(Failure::option(format!("`map` {}: role given twice", role.name())));
             }
             let jobs = vec![Job { source: source.clone(), output }];
             batches.push(Batch { values: role.values(), onto: onto.clone(), jobs });
@@ -152,7 +152,7 @@ impl TextureJobs {
     /// The textures of a list. Whether they exist is found out when they are transferred.
     fn listed(transfer: &Transfer, list: &TextureList) -> Result<Self> {
         let folder = &*transfer.output;
-        let is_new = is_new_folder(folder, "--manifest")?;
+        let is_new = is_new_folder(folder, "`manifest`")?;
         let mut jobs = Vec::new();
         list.for_each(|Listed { source, output }| {
             jobs.extend(match output {
@@ -184,8 +184,8 @@ impl TextureJobs {
 fn check_format(transfer: &Transfer, name: &Path) -> Result<()> {
     let format = format_of(name)?;
     match transfer.format.as_deref() {
-        Some(wanted) if Format::from_extension(wanted) != Some(format) => Err(Failure::input(
-            format!("--format {wanted} contradicts the extension of the output {}", name.display()),
+        Some(wanted) if Format::from_extension(wanted) != Some(format) => Err(Failure::option(
+            format!("`format` {wanted} contradicts the extension of the output {}", name.display()),
         )),
         _ => Ok(()),
     }
@@ -208,7 +208,7 @@ fn is_new_folder(output: &Path, what: &str) -> Result<bool> {
         return Ok(is_new);
     }
     let output = output.display();
-    Err(Failure::input(format!("with {what}, the output must be a folder, got {output}")))
+    Err(Failure::option(format!("with {what}, the output must be a folder, got {output}")))
 }
 
 /// The job of a texture whose output is named after it; `None` if it belongs to another shard.
@@ -220,9 +220,9 @@ fn job_in_folder(transfer: &Transfer, source: PathBuf) -> Result<Option<Job>> {
     };
     let output = transfer.output.join(&name);
     if Format::from_path(&name).is_none() {
-        return Err(Failure::input(format!(
-            "{}: cannot infer the format of the output {} from the file name; use --format, such \
-             as --format png",
+        return Err(Failure::option(format!(
+            "{}: cannot infer the format of the output {} from the file name; use `format`, such \
+             as `format` png",
             source.display(),
             output.display()
         )));

@@ -119,13 +119,13 @@ impl Transfer {
         let tiled = onto.as_ref().and_then(BaseSource::path).is_some_and(has_placeholder);
         let ruled_out = [
             (tiled, "a base with an image for each tile"),
-            (self.mask.is_some(), "--mask"),
-            (self.draw_labels.is_some(), "--labels"),
+            (self.mask.is_some(), "`mask`"),
+            (self.draw_labels.is_some(), "`labels`"),
             (!self.extra_outputs.is_empty(), "other outputs"),
         ];
         match ruled_out.into_iter().find(|(is_asked, _)| *is_asked) {
             Some((_, what)) => {
-                Err(Failure::input(format!("a prepared transfer cannot be used with {what}")))
+                Err(Failure::option(format!("a prepared transfer cannot be used with {what}")))
             }
             None => Ok((onto.as_ref(), *values)),
         }

@@ -8,7 +8,7 @@ use uvgraft_io::{vertex_groups, vertex_list};
 
 use crate::failure::{Blame, Failure, Result};
 use crate::length::{Length, Unit, assumption};
-use crate::observer::{Event, Observer};
+use crate::observer::Observer;
 
 /// A region of the linked surface; all of it by default.
 #[derive(Debug, Clone, PartialEq, Default)]
@@ -91,7 +91,7 @@ impl Region {
         self.unit.unwrap_or_else(|| {
             let unit = Unit::default();
             if matters {
-                observer.event(Event::Note(&assumption(domain.extent(), unit)));
+                observer.note(assumption(domain.extent(), unit));
             }
             unit
         })

@@ -23,7 +23,6 @@ use crate::outputs::{self, Outputs};
 use crate::plan::{Batch, Job, Plan, format_of};
 use crate::records::Records;
 use crate::shared::{Grafts, Options, Shared};
-use crate::stream;
 use crate::transfer::{Existing, Inputs, Transfer, Transferred};
 use crate::unchanged::Unchanged;
 use crate::worker::TransferWorker;
@@ -51,7 +50,7 @@ impl Transfer {
                 skip_up_to_date(batch, records, observer);
             }
         }
-        stream::check(observer)?;
+        observer.check()?;
         let left = plan.jobs().count();
         done.up_to_date = planned - left;
         let keeps = self.existing == Existing::KeepUpToDate;
@@ -89,12 +88,12 @@ impl Transfer {
             })?;
         }
         let mut first_base = first_base.transpose()?;
-        stream::check(observer)?;
+        observer.check()?;
         plan.create_folders()?;
         let mut mask = self.mask.as_deref();
         let mut narrowed = None;
         for (batch, records) in plan.batches.iter().zip(&records) {
-            stream::check(observer)?;
+            observer.check()?;
             let base = match first_base.take() {
                 Some(base) => base,
                 None => self.base(batch, size)?,
@@ -141,7 +140,7 @@ impl Transfer {
             return Err(Failure::input("no textures to transfer"));
         }
         if matches!(self.inputs, Inputs::Listed { .. }) && self.draw_labels.is_some() {
-            return Err(Failure::input("--labels cannot be used with several textures"));
+            return Err(Failure::option("`labels` cannot be used with several textures"));
         }
         if self.shard.is_some() {
             self.check_shard()?;
@@ -152,14 +151,14 @@ impl Transfer {
     /// Checks that every output belongs to one shard.
     fn check_shard(&self) -> Result<()> {
         let ruled_out = [
-            (matches!(self.inputs, Inputs::Material(_)), "--map"),
-            (self.mask.is_some(), "--mask"),
-            (self.draw_labels.is_some(), "--labels"),
-            (!self.extra_outputs.is_empty(), "--preview"),
+            (matches!(self.inputs, Inputs::Material(_)), "`map`"),
+            (self.mask.is_some(), "`mask`"),
+            (self.draw_labels.is_some(), "`labels`"),
+            (!self.extra_outputs.is_empty(), "`preview`"),
         ];
         match ruled_out.into_iter().find(|(is_asked, _)| *is_asked) {
-            Some((_, what)) => Err(Failure::input(format!(
-                "--shard cannot be used with {what}, whose outputs belong to no shard"
+            Some((_, what)) => Err(Failure::option(format!(
+                "`shard` cannot be used with {what}, whose outputs belong to no shard"
             ))),
             None => Ok(()),
         }
@@ -176,36 +175,36 @@ impl Transfer {
             && Format::from_extension(format).is_none()
         {
             let wanted = Format::extension_list();
-            return Err(Failure::input(format!("--format must be one of {wanted}, got {format}")));
+            return Err(Failure::option(format!("`format` must be one of {wanted}, got {format}")));
         }
         if self.fit.is_some() {
             if self.filter(values.unwrap_or_default()) == Filter::Nearest {
-                return Err(Failure::input(
-                    "--fit cannot be used with --filter nearest, which does not blend texels",
+                return Err(Failure::option(
+                    "`fit` cannot be used with `filter` nearest, which does not blend texels",
                 ));
             }
             if self.overlap == Overlap::Average {
-                return Err(Failure::input("--fit cannot be used with --overlap average"));
+                return Err(Failure::option("`fit` cannot be used with `overlap` average"));
             }
             if values.is_none() {
-                return Err(Failure::input("--fit cannot be used with --map"));
+                return Err(Failure::option("`fit` cannot be used with `map`"));
             }
             if values == Some(Values::Normals) {
-                return Err(Failure::input("--fit cannot be used with normal maps"));
+                return Err(Failure::option("`fit` cannot be used with normal maps"));
             }
         }
         if values.is_some_and(Values::is_data) {
             let skin = self.blending.as_ref().and_then(|blending| blending.skin.as_ref());
             if [skin, self.source_mask.as_ref(), self.fill.as_ref()].iter().any(Option::is_some) {
-                return Err(Failure::input(
-                    "--data cannot be used with --skin, --source-mask or --fill: data has neither \
+                return Err(Failure::option(
+                    "`data` cannot be used with `skin`, `source_mask` or `fill`: data has neither \
                      opacity nor tone",
                 ));
             }
             if self.blending.as_ref().is_some_and(Blending::needs_colors) {
-                return Err(Failure::input(
-                    "--data cannot be used with --match or --blend membrane: data has no tone; \
-                     use --blend feather or --tone none",
+                return Err(Failure::option(
+                    "`data` cannot be used with `match` or `blend` membrane: data has no tone; \
+                     use `blend` feather or `tone` none",
                 ));
             }
         }
@@ -225,8 +224,8 @@ impl Transfer {
         if let Some(mask) = &self.mask {
             if format_of(mask)? == Format::Jpeg {
                 let mask = mask.display();
-                return Err(Failure::input(format!(
-                    "--mask must not be a JPEG file, got {mask}; use .png"
+                return Err(Failure::option(format!(
+                    "`mask` must not be a JPEG file, got {mask}; use .png"
                 )));
             }
             outputs.check(mask)?;
@@ -313,7 +312,7 @@ impl Transfer {
             }
         };
         let (Some(source), Some(blend)) = (source, blend) else {
-            return Err(Failure::input("--labels requires --blend"));
+            return Err(Failure::option("`labels` requires `blend`"));
         };
         let texture = image::read(source).or_input()?.texture;
         let domain = blend.domain();
@@ -327,7 +326,7 @@ impl Transfer {
     fn write_image(&self, image: &Image, path: &Path, observer: &dyn Observer) -> Result<()> {
         let written = image::write(image, path, &self.write).map_err(write_failure)?;
         for loss in losses(&written, path) {
-            observer.event(Event::Warning(&loss));
+            observer.warn(loss);
         }
         Ok(())
     }

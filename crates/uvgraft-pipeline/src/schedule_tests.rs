@@ -74,7 +74,7 @@ fn transfers(folder: &Path) -> Vec<Transfer> {
     let name = String::new;
     let file =
         PairFile { pair: pair().into(), source_name: name(), target_name: name(), note: name() };
-    pair_file::write(&file, &folder.join("my.uvpair")).unwrap();
+    pair_file::write(&file, folder.join("my.uvpair")).unwrap();
     let sources: Vec<PathBuf> = (0..5).map(|k| folder.join(format!("{k}.png"))).collect();
     for (seed, source) in (0..).zip(&sources) {
         save(source, Size::new(150 + 10 * seed as u32, 200), seed);

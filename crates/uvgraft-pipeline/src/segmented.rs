@@ -13,7 +13,7 @@ use crate::base::Base;
 use crate::failure::{Blame, Failure, Result};
 use crate::observer::Observer;
 use crate::spawn::{self, spawn_with};
-use crate::stream::{self, rows_in_band};
+use crate::stream::rows_in_band;
 use crate::target::{Encoded, Sink};
 use crate::unchanged::{Kind, Unchanged};
 
@@ -122,7 +122,7 @@ impl Segmented<'_> {
         let mut next = 0;
         while next < self.count() {
             spawn::point();
-            stream::check(observer)?;
+            observer.check()?;
             let group = self.group(next);
             next = group.segments.end;
             if group.changes {

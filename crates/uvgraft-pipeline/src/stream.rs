@@ -38,7 +38,7 @@ pub(crate) fn run(
 ) -> Result<std::result::Result<Encoded, WriteError>> {
     let mut first = 0;
     while let Some(band) = bands.next(rows)? {
-        check(observer)?;
+        observer.check()?;
         let height = band.size().height;
         let band = overlay.lay(first, band).or_work()?;
         first += height;
@@ -48,11 +48,6 @@ pub(crate) fn run(
         bands.recycle(band);
     }
     Ok(sink.finish())
-}
-
-/// Returns an error if the caller cancelled.
-pub(crate) fn check(observer: &dyn Observer) -> Result<()> {
-    if observer.is_cancelled() { Err(Failure::cancelled()) } else { Ok(()) }
 }
 
 /// The bands of a base, decoded ahead on a separate thread.
@@ -98,7 +93,7 @@ impl Ahead {
         let mut first = 0;
         for band in bands {
             spawn::point();
-            check(observer)?;
+            observer.check()?;
             let band = band?;
             let height = band.size().height;
             let band = overlay.lay(first, band).or_work()?;

@@ -18,7 +18,7 @@ use uvgraft_io::pair_file::{self, PairFile};
 use crate::base_source::BaseSource;
 use crate::failure::{Blame, Failure, Result};
 use crate::material::{Role, Values};
-use crate::observer::{Event, Observer};
+use crate::observer::Observer;
 use crate::outputs::Outputs;
 use crate::plan::{Job, Plan};
 use crate::transfer::{Correspondence, Existing, Inputs, MaterialMap, Transfer, Transferred};
@@ -71,8 +71,8 @@ impl Transfer {
     pub(crate) fn run_tiled(&self, observer: &dyn Observer) -> Result<Transferred> {
         self.check_tiled()?;
         let Correspondence::Pair(pair_path) = &self.correspondence else {
-            return Err(Failure::input(format!(
-                "{PLACEHOLDER} cannot be used with --with-map: a map has no tiles"
+            return Err(Failure::option(format!(
+                "{PLACEHOLDER} cannot be used with `with_map`: a map has no tiles"
             )));
         };
         let grouped = self.with_patterns()?;
@@ -129,18 +129,18 @@ impl Transfer {
         let blending = self.blending.as_ref();
         let is_material = matches!(self.inputs, Inputs::Material(_));
         let ruled_out = [
-            (self.source_mask.is_some(), "--source-mask"),
-            (self.fill.is_some(), "--fill"),
-            (blending.is_some_and(|it| it.skin.is_some()), "--skin"),
+            (self.source_mask.is_some(), "`source_mask`"),
+            (self.fill.is_some(), "`fill`"),
+            (blending.is_some_and(|it| it.skin.is_some()), "`skin`"),
             (blending.is_some_and(|it| it.labels.is_some()), "label images"),
-            (self.draw_labels.is_some(), "--labels"),
-            (blending.is_some() && is_material, "both --map and --blend"),
-            (self.existing == Existing::KeepUpToDate, "--skip-existing"),
-            (matches!(self.inputs, Inputs::Listed { .. }), "--manifest"),
-            (self.shard.is_some(), "--shard"),
+            (self.draw_labels.is_some(), "`labels`"),
+            (blending.is_some() && is_material, "both `map` and `blend`"),
+            (self.existing == Existing::KeepUpToDate, "`skip_existing`"),
+            (matches!(self.inputs, Inputs::Listed { .. }), "`manifest`"),
+            (self.shard.is_some(), "`shard`"),
         ];
         match ruled_out.into_iter().find(|(is_asked, _)| *is_asked) {
-            Some((_, what)) => Err(Failure::input(format!(
+            Some((_, what)) => Err(Failure::option(format!(
                 "textures of several tiles ({PLACEHOLDER}) cannot be used with {what}"
             ))),
             None => Ok(()),
@@ -192,8 +192,8 @@ impl Transfer {
             Inputs::Material(maps) => maps.iter().map(|map| Some(map.role)).collect(),
         };
         if filled.len() > 1 && self.blending.is_some() {
-            return Err(Failure::input(format!(
-                "--blend cannot be used where the target has several tiles ({}): blends end at the \
+            return Err(Failure::option(format!(
+                "`blend` cannot be used where the target has several tiles ({}): blends end at the \
                  borders of tiles",
                 names::list(filled)
             )));
@@ -251,9 +251,9 @@ impl Transfer {
     ) -> Result<Option<StepResult>> {
         let Some(pair) = file.pair.in_tiles(self.direction, step.atlas, step.tile) else {
             let (tile, output) = (step.tile, step.output.display());
-            let text =
-                format!("{output}: not written, since tile {tile} has no links to the texture");
-            observer.event(Event::Note(&text));
+            observer.note(format_args!(
+                "{output}: not written, since tile {tile} has no links to the texture"
+            ));
             return Ok(None);
         };
         let folder = step.folder.join(step.tile.to_string());

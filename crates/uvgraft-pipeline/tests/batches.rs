@@ -70,7 +70,7 @@ impl Desk {
         let name = String::new;
         let file =
             PairFile { pair: pair.into(), source_name: name(), target_name: name(), note: name() };
-        pair_file::write(&file, &self.path("my.uvpair")).unwrap();
+        pair_file::write(&file, self.path("my.uvpair")).unwrap();
     }
 
     fn path(&self, name: &str) -> PathBuf {
@@ -78,9 +78,7 @@ impl Desk {
     }
 
     fn save(&self, name: &str, texture: Texture) {
-        image::write(&texture.into(), &self.path(name), &WriteOptions::default())
-            .map(drop)
-            .unwrap();
+        image::write(&texture.into(), self.path(name), &WriteOptions::default()).map(drop).unwrap();
     }
 
     /// Compares batches on one and on several threads, and a prepared transfer used twice, with one

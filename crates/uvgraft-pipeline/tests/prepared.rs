@@ -29,7 +29,7 @@ impl Desk {
             target_name: "body".to_owned(),
             note: String::new(),
         };
-        pair_file::write(&file, &desk.path("demo.uvpair")).unwrap();
+        pair_file::write(&file, desk.path("demo.uvpair")).unwrap();
         let body = paint_body_in_tone(&figure, Size::square(192), [0.7, 0.65, 0.6]);
         desk.save("base.png", body);
         for (name, side) in [("a.png", 128), ("b.png", 160), ("c.png", 128)] {
@@ -84,7 +84,7 @@ fn data(transfer: &mut Transfer) {
 #[test]
 fn results_are_those_of_files() {
     let desk = Desk::new();
-    let deep = image::read(&desk.path("a.png")).unwrap().texture;
+    let deep = image::read(desk.path("a.png")).unwrap().texture;
     let channels = deep.channels();
     let deep = deep.converted(channels, Depth::U16);
     desk.save("deep.png", deep.clone());
@@ -196,8 +196,8 @@ fn what_belongs_to_a_whole_run_is_refused() {
         assert_eq!(failure.fault(), Fault::Input, "{failure}");
         assert!(failure.to_string().contains(wanted), "{failure}");
     };
-    refused(&|it| it.mask = Some(desk.path("mask.png")), "--mask");
-    refused(&|it| it.draw_labels = Some(desk.path("labels.png")), "--labels");
+    refused(&|it| it.mask = Some(desk.path("mask.png")), "`mask`");
+    refused(&|it| it.draw_labels = Some(desk.path("labels.png")), "`labels`");
     refused(&|it| it.extra_outputs.push(desk.path("preview.png")), "other outputs");
     refused(
         &|it| it.correspondence = uvgraft_pipeline::Correspondence::Pair("no.uvpair".into()),

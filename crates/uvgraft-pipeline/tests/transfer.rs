@@ -34,7 +34,7 @@ impl Desk {
             target_name: "aside".to_owned(),
             note: String::new(),
         };
-        pair_file::write(&file, &desk.path("my.uvpair")).unwrap();
+        pair_file::write(&file, desk.path("my.uvpair")).unwrap();
         desk.paint("base.png", 48, [0.2, 0.3, 0.4]);
         desk
     }
@@ -47,7 +47,7 @@ impl Desk {
         let size = Size::square(side);
         let texture = Texture::filled(size, Channels::Rgb, Encoding::Srgb, Depth::U8, &color);
         let image = Image::from(texture.unwrap());
-        let written = image::write(&image, &self.path(name), &WriteOptions::default()).unwrap();
+        let written = image::write(&image, self.path(name), &WriteOptions::default()).unwrap();
         assert!(written.losses.is_empty());
     }
 
@@ -61,7 +61,7 @@ impl Desk {
     }
 
     fn center(&self, name: &str) -> f32 {
-        let texture = image::read(&self.path(name)).unwrap().texture;
+        let texture = image::read(self.path(name)).unwrap().texture;
         texture.get(texture.size().width / 2, texture.size().height / 2, 0)
     }
 }
@@ -283,7 +283,7 @@ fn non_finite_texels_are_unknown() {
         let size = Size::square(32);
         let texture = Texture::new(size, Channels::Rgb, Encoding::Linear, Texels::F32(values));
         let image = Image::from(texture.unwrap());
-        let written = image::write(&image, &desk.path(name), &WriteOptions::default()).unwrap();
+        let written = image::write(&image, desk.path(name), &WriteOptions::default()).unwrap();
         assert!(written.losses.is_empty());
     };
     let nothing = Texture::new(
@@ -294,7 +294,7 @@ fn non_finite_texels_are_unknown() {
     );
     let written = image::write(
         &Image::from(nothing.unwrap()),
-        &desk.path("nothing.exr"),
+        desk.path("nothing.exr"),
         &WriteOptions::default(),
     )
     .unwrap();
@@ -310,7 +310,7 @@ fn non_finite_texels_are_unknown() {
         transfer.fit = fit;
         let log = Warnings::default();
         assert_eq!(transfer.run(&log).unwrap().worst(), None);
-        let texture = image::read(&desk.path("out.exr")).unwrap().texture;
+        let texture = image::read(desk.path("out.exr")).unwrap().texture;
         assert_eq!(texture.channels(), Channels::Rgb);
         (texture, log.0.into_inner().unwrap())
     };

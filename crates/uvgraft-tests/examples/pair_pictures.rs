@@ -54,7 +54,7 @@ fn meshes(folder: &Path) -> Outcome {
         ("other_head.obj", &unrolled(&other)),
         ("head_in_tiles.obj", &eyes_in_another_tile(head)),
     ] {
-        obj::save(mesh, &folder.join(name))?;
+        obj::save(mesh, folder.join(name))?;
     }
     Ok(())
 }

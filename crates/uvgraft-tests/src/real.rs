@@ -23,8 +23,8 @@ pub fn folder() -> Option<PathBuf> {
 /// If a file in the folder is missing or invalid.
 pub fn flame_to_smplx() -> Option<Arc<Pair>> {
     let folder = folder()?;
-    let mesh = |name: &str| uvgraft_io::obj::read(&folder.join(name)).expect("a sound mesh");
-    let ids = uvgraft_io::vertex_map::read(&folder.join("smplx_flame_vertex_ids.npy"));
+    let mesh = |name: &str| uvgraft_io::obj::read(folder.join(name)).expect("a sound mesh");
+    let ids = uvgraft_io::vertex_map::read(folder.join("smplx_flame_vertex_ids.npy"));
     let pair = Pair::by_vertex_map(
         mesh("flame_head_template.obj"),
         mesh("smplx_addon.obj"),

@@ -68,7 +68,7 @@ fn the_figure() {
 #[test]
 fn real_heads_and_bodies() {
     let Some(folder) = real::folder() else { return };
-    let mesh = |name: &str| uvgraft_io::obj::read(&folder.join(name)).expect("a sound mesh");
+    let mesh = |name: &str| uvgraft_io::obj::read(folder.join(name)).expect("a sound mesh");
     let seen = [
         (Landmark::NoseTip, [0.0, -0.55, 0.77]),
         (Landmark::Mouth, [0.0, -1.13, 0.4]),

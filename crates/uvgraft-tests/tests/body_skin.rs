@@ -222,7 +222,7 @@ fn real_bodies_without_clothes_are_skin_all_over() {
     let others = [Area::Scalp, Area::Eyes, Area::MouthInterior, Area::Brows, Area::Lips];
     let others = others.map(|area| anatomy.area(area));
     for name in ["body_light.jpg", "body_medium.jpg"] {
-        let body = image::read(&folder.join(name)).unwrap().texture;
+        let body = image::read(folder.join(name)).unwrap().texture;
         let found = skin_of_body(mesh, &body).unwrap();
         let side = f64::from(found.size().width);
         let (mut skin, mut all) = (0, 0);

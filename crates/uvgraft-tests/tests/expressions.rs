@@ -172,7 +172,7 @@ fn morphs_that_do_not_fit_are_refused_and_those_of_nothing_reported() {
 
 /// The figure's expressions on a real head.
 fn on_real(file: &str) -> Option<(Mesh, Transferred)> {
-    let mesh = uvgraft_io::obj::read(&real::folder()?.join(file)).expect("a sound mesh");
+    let mesh = uvgraft_io::obj::read(real::folder()?.join(file)).expect("a sound mesh");
     let mut morphs = skin_morphs();
     for morph in &mut morphs {
         morph.name = match morph.name.as_str() {

@@ -309,7 +309,7 @@ fn eyes_stay_behind_the_lids_that_its_expressions_close() {
     let source = source.with_positions(body.positions().to_vec()).unwrap();
     let mut heads = vec![Figure::new().head];
     for file in ["flame_head_template.obj", "smplx_addon.obj"] {
-        heads.extend(real::folder().map(|folder| obj::read(&folder.join(file)).unwrap()));
+        heads.extend(real::folder().map(|folder| obj::read(folder.join(file)).unwrap()));
     }
     for head in heads {
         let found = transfer_between(&source, &body.named_expressions(), &head).unwrap();

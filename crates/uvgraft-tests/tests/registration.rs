@@ -340,7 +340,7 @@ fn flame_is_registered_to_a_real_head_as_an_artist_did() {
     /// HiFi3D++ counts in decimetres.
     const MM: f64 = 100.0;
     let Some(folder) = real::folder() else { return };
-    let mesh = |name: &str| uvgraft_io::obj::read(&folder.join(name)).expect("a sound mesh");
+    let mesh = |name: &str| uvgraft_io::obj::read(folder.join(name)).expect("a sound mesh");
     let head = mesh("hifi3d_head.obj");
     let truth = according_to_layout(&head, &mesh("flame_hifi3d_uv.obj"));
     let (pair, report) = registered(&head, &mesh("flame_head_template.obj"));

@@ -95,7 +95,7 @@ fn report(
     match result {
         Ok(Some(fit)) => print(&format!("{}: {fit}\n", terminal::path(output))),
         Ok(None) => {}
-        Err(failure) => failure::print(failure),
+        Err(failure) => failure::print(failure::message(failure)),
     }
 }
 

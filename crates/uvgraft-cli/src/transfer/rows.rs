@@ -9,7 +9,7 @@ use anyhow::Context;
 use serde::Serialize;
 use uvgraft_pipeline::{Event, Inputs, Outputs, Transfer};
 
-use crate::failure::{OrBadInput, bad_input};
+use crate::failure::{OrBadInput, bad_input, message};
 
 /// A file of rows, created with the first of them.
 pub(super) struct Rows {
@@ -77,7 +77,7 @@ impl Row {
                     }
                     Err(failure) => {
                         row.status = "failed";
-                        row.error = Some(failure.to_string());
+                        row.error = Some(message(failure));
                     }
                 }
                 Some(row)

@@ -25,6 +25,6 @@ pub fn bench(left: f32) -> Bench {
         note: String::new(),
     };
     let bench = Bench::new();
-    pair_file::write(&file, &bench.path("eyes.uvpair")).unwrap();
+    pair_file::write(&file, bench.path("eyes.uvpair")).unwrap();
     bench
 }

@@ -43,9 +43,9 @@ impl Bench {
         let folder = tempfile::tempdir().unwrap();
         let [source, target] = [source(), target()];
         let ids: Vec<u32> = (0..SHEET_VERTICES).map(target_of).collect();
-        obj::save(&source, &folder.path().join("source.obj")).unwrap();
-        obj::save(&target, &folder.path().join("target.obj")).unwrap();
-        vertex_map::save_npy(&ids, &folder.path().join("ids.npy")).unwrap();
+        obj::save(&source, folder.path().join("source.obj")).unwrap();
+        obj::save(&target, folder.path().join("target.obj")).unwrap();
+        vertex_map::save_npy(&ids, folder.path().join("ids.npy")).unwrap();
         let ids: Vec<i64> = ids.into_iter().map(i64::from).collect();
         let file = pair_file::PairFile {
             pair: Pair::by_vertex_map(source, target, &ids).unwrap().into(),
@@ -53,7 +53,7 @@ impl Bench {
             target_name: "target.obj".to_owned(),
             note: "synthetic".to_owned(),
         };
-        pair_file::write(&file, &folder.path().join("my.uvpair")).unwrap();
+        pair_file::write(&file, folder.path().join("my.uvpair")).unwrap();
         Self { folder }
     }
 
@@ -96,7 +96,7 @@ impl Bench {
     }
 
     pub fn image(&self, name: &str) -> Image {
-        image::read(&self.path(name)).unwrap_or_else(|error| panic!("{error}"))
+        image::read(self.path(name)).unwrap_or_else(|error| panic!("{error}"))
     }
 
     pub fn texture(&self, name: &str) -> Texture {
@@ -154,7 +154,7 @@ impl Bench {
     /// Writes an image losslessly.
     pub fn save(&self, name: &str, texture: Texture) {
         let written =
-            image::write(&texture.into(), &self.path(name), &WriteOptions::default()).unwrap();
+            image::write(&texture.into(), self.path(name), &WriteOptions::default()).unwrap();
         assert_eq!(written.losses, [], "{name}");
     }
 
@@ -193,7 +193,7 @@ impl Bench {
             target_name: "body".to_owned(),
             note: String::new(),
         };
-        pair_file::write(&file, &self.path(name)).unwrap();
+        pair_file::write(&file, self.path(name)).unwrap();
     }
 
     pub fn run_args(&self, args: &[&str]) -> Run {

@@ -27,7 +27,7 @@ pub fn bench() -> Bench {
         target_name: "sheet.obj".to_owned(),
         note: String::new(),
     };
-    pair_file::write(&file, &bench.path("plane.uvpair")).unwrap();
+    pair_file::write(&file, bench.path("plane.uvpair")).unwrap();
     bench
 }
 

@@ -31,7 +31,7 @@ pub fn figure() -> Bench {
     let rgb = |texels| Texture::new(SOURCE, Channels::Rgb, Encoding::Srgb, texels).unwrap();
     let floats: Vec<f32> = texels.iter().map(|&level| f32::from(level)).collect();
     bench.save("face.png", rgb(Texels::U8(texels)));
-    let pair = pair_file::read(&bench.path("demo.uvpair")).unwrap().pair;
+    let pair = pair_file::read(bench.path("demo.uvpair")).unwrap().pair;
     let graft = Graft::builder(Arc::clone(&pair), Sizes { from: SOURCE, to: TARGET });
     let operator = graft.filter(Filter::Bilinear).build().unwrap().operator();
     let padded = operator.padded(3, &floats);
@@ -52,7 +52,7 @@ fn noise(seed: u64) -> impl FnMut() -> u8 {
 
 /// The map of the pair.
 pub fn map(bench: &Bench) -> SamplingMap {
-    let pair = pair_file::read(&bench.path("demo.uvpair")).unwrap().pair;
+    let pair = pair_file::read(bench.path("demo.uvpair")).unwrap().pair;
     SamplingMap::new(&pair, Direction::Forward, TARGET, &MapOptions::default())
 }
 

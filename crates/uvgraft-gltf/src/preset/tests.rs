@@ -118,7 +118,7 @@ fn smplx() -> Option<Avatar> {
         eprintln!("skipped: UVGRAFT_DATA is not set, so there are no real meshes to test with");
         return None;
     };
-    let mesh = uvgraft_io::obj::read(&std::path::Path::new(&folder).join("smplx_addon.obj"));
+    let mesh = uvgraft_io::obj::read(std::path::Path::new(&folder).join("smplx_addon.obj"));
     let mesh = mesh.expect("a sound mesh");
     let joint = |name: &str, parent, position, human| Joint {
         name: name.to_owned(),

@@ -168,7 +168,7 @@ fn buffers_and_images_may_be_embedded_or_external() {
     std::fs::write(folder.join("the strip.bin"), &strip.binary).unwrap();
     let beside = Strip::new().with("/buffers/0/uri", "the%20strip.bin".into());
     std::fs::write(folder.join("me.gltf"), beside.json.to_string()).unwrap();
-    let scene = Scene::load(&folder.join("me.gltf")).unwrap();
+    let scene = Scene::load(folder.join("me.gltf")).unwrap();
     assert_near(&positions(&scene, &PoseRequest::default()), &REST);
     let alone = Scene::read(beside.json.to_string().as_bytes()).unwrap_err().to_string();
     assert!(alone.contains("external file"), "{alone}");

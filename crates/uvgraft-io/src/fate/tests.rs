@@ -86,7 +86,7 @@ fn the_newest_texture_of_a_workspace_is_read() {
         let texels = Texels::U8(vec![level; 4 * channels.count()]);
         let texture = Texture::new(Size::square(2), channels, Encoding::Srgb, texels).unwrap();
         let image = Image { texture, icc: None };
-        let _ = image::write(&image, &at(path), &WriteOptions::default()).unwrap();
+        let _ = image::write(&image, at(path), &WriteOptions::default()).unwrap();
     };
     picture("baking/visualize_texture/000001_color.png", Channels::Rgb, 0);
     picture("baking/visualize_texture/020000_color.png", Channels::Rgb, 191);
@@ -109,9 +109,9 @@ fn the_newest_texture_of_a_workspace_is_read() {
     assert!(newest().file.ends_with("baking_full_head/dump_texture/001_tex_dump.pth"));
     assert_eq!(newest().others, 5);
     // A baking folder, and a dump by itself.
-    assert!(find(&at("baking")).unwrap().file.ends_with("010_tex_dump.pth"));
-    let one = read(&at("baking/dump_texture/010_tex_dump.pth"), 2).unwrap();
+    assert!(find(at("baking")).unwrap().file.ends_with("010_tex_dump.pth"));
+    let one = read(at("baking/dump_texture/010_tex_dump.pth"), 2).unwrap();
     assert_eq!(one.texture.color.get(1, 0, 1), 0.5);
-    let missing = read(&at("none.pth"), 2).unwrap_err().to_string();
+    let missing = read(at("none.pth"), 2).unwrap_err().to_string();
     assert!(missing.contains("none.pth"), "{missing}");
 }

@@ -10,7 +10,7 @@ use super::has_placeholder;
 use super::names::{Pattern, numbered};
 use crate::carry::write_failure;
 use crate::failure::{Blame, Failure, Result};
-use crate::observer::{Event, Observer};
+use crate::observer::Observer;
 
 /// A texture with an image for each tile.
 pub(super) struct TiledSource {
@@ -60,9 +60,9 @@ impl TiledSource {
         for (tile, faces) in missing {
             let (name, count) = (self.name.display(), faces.len());
             let triangles = if count == 1 { "triangle is" } else { "triangles are" };
-            observer.event(Event::Warning(&format!(
+            observer.warn(format_args!(
                 "{name}: no image for tile {tile}, so {count} {triangles} left unlinked"
-            )));
+            ));
         }
     }
 

@@ -74,8 +74,8 @@ fn subject(name: &str, texture: Texture) -> Subject {
 
 /// FLAME with HiFi3D's layout: the same triangles in the same order, but other UVs.
 fn hifi3d_pair(folder: &Path) -> Arc<Pair> {
-    let mesh = |name: &str| uvgraft_io::obj::read(&folder.join(name)).expect("a sound mesh");
-    let ids = uvgraft_io::vertex_map::read(&folder.join("smplx_flame_vertex_ids.npy"));
+    let mesh = |name: &str| uvgraft_io::obj::read(folder.join(name)).expect("a sound mesh");
+    let ids = uvgraft_io::vertex_map::read(folder.join("smplx_flame_vertex_ids.npy"));
     let pair = Pair::by_vertex_map(
         mesh("flame_hifi3d_uv.obj"),
         mesh("smplx_addon.obj"),

@@ -151,8 +151,8 @@ impl Subject {
             FaceLook::all().iter().map(|look| Self::painted(look, PAINTED)).collect();
         found.insert(0, figure);
         let real = |folder: &Path, [mesh, texture]: [&str; 2]| {
-            let mesh = obj::read(&folder.join(mesh)).expect("a mesh");
-            let picture = image::read(&folder.join(texture)).expect("a texture").texture;
+            let mesh = obj::read(folder.join(mesh)).expect("a mesh");
+            let picture = image::read(folder.join(texture)).expect("a texture").texture;
             let anatomy = Anatomy::find(&mesh).expect("a head");
             Self::alone(texture, &mesh, &anatomy, picture)
         };

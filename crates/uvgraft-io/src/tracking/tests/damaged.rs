@@ -118,7 +118,7 @@ fn parameters_of_vhap() {
     put_text(&folder.join("transforms.json"), &vhap_folder(folder).to_string());
     let path = folder.join("flame_param/00001.npz");
     let change = |name: &str, shape: &[usize], value: f32| {
-        let mut arrays = crate::arrays::read(&folder.join("flame_param/00000.npz")).unwrap();
+        let mut arrays = crate::arrays::read(folder.join("flame_param/00000.npz")).unwrap();
         let values = vec![value; shape.iter().product()];
         arrays.insert(name, NumericArray::new_f32(shape.to_vec(), values).unwrap());
         save_npz(&arrays, &path).unwrap();
@@ -138,7 +138,7 @@ fn parameters_of_vhap() {
         change(name, shape, value);
         refused(folder, &["00001.npz", wanted]);
     }
-    let mut arrays = crate::arrays::read(&folder.join("flame_param/00000.npz")).unwrap();
+    let mut arrays = crate::arrays::read(folder.join("flame_param/00000.npz")).unwrap();
     arrays.take("neck_pose").unwrap();
     save_npz(&arrays, &path).unwrap();
     refused(folder, &["00001.npz: no array `neck_pose`"]);
