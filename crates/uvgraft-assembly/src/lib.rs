@@ -32,7 +32,6 @@ pub mod avatar;
 pub mod drawing;
 mod existing;
 pub mod mesh_file;
-mod notify;
 pub mod pair_picture;
 pub mod render;
 pub mod report;

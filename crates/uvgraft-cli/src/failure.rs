@@ -2,21 +2,20 @@
 
 use std::fmt::Display;
 use std::process::ExitCode;
-
 use std::sync::OnceLock;
 
 use uvgraft_pipeline::{Event, Failure, Fault, Observer, spelled};
 
 use crate::terminal;
 
-/// The options of the command that runs, as they are spelled, without dashes in front.
-static OPTIONS: OnceLock<Vec<String>> = OnceLock::new();
+/// The options of the command that runs: what libraries call each, and how it is spelled.
+static OPTIONS: OnceLock<Vec<(String, String)>> = OnceLock::new();
 
 /// Has messages spell the names of options that libraries have in backticks, such as `source_mask`,
 /// as options: `--source-mask`.
 ///
 /// - `options`: those of the command that runs.
-pub(crate) fn spell_options(options: impl IntoIterator<Item = String>) {
+pub(crate) fn spell_options(options: impl IntoIterator<Item = (String, String)>) {
     // Once in a process.
     let _ = OPTIONS.set(options.into_iter().collect());
 }
@@ -25,8 +24,10 @@ pub(crate) fn spell_options(options: impl IntoIterator<Item = String>) {
 fn with_options(message: &str) -> String {
     let options = OPTIONS.get().map_or(&[][..], Vec::as_slice);
     spelled(message, |name| {
-        let option = name.replace('_', "-");
-        options.contains(&option).then(|| format!("--{option}"))
+        // A switch of the library is an option with one value here.
+        let value = if name == "match_skin" { " skin" } else { "" };
+        let option = options.iter().find(|(known, _)| known == name);
+        option.map(|(_, spelled)| format!("{spelled}{value}"))
     })
 }
 
@@ -129,7 +130,12 @@ mod tests {
     #[test]
     fn options_are_spelled_as_such_and_names_in_files_are_not() {
         // The only test of the process that sets them.
-        spell_options(["source-mask", "skin"].map(str::to_owned));
+        let named = |name: &str, spelled: &str| (name.to_owned(), spelled.to_owned());
+        let options =
+            [("source_mask", "--source-mask"), ("skin", "--skin"), ("match_skin", "--match")];
+        spell_options(options.map(|(name, spelled)| named(name, spelled)));
+        let failure = Failure::option("`match_skin` needs `tone`");
+        assert_eq!(message(&failure), "--match skin needs `tone`");
         let failure = Failure::option("`source_mask` and `skin` need `other`").context("a.png");
         let wanted = "a.png: --source-mask and --skin need `other`";
         assert_eq!(message(&failure), wanted);

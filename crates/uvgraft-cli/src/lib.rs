@@ -137,8 +137,9 @@ pub fn run(arguments: impl IntoIterator<Item = OsString>) -> ExitCode {
     code
 }
 
-/// Parses arguments, also into the options of the subcommand that they name.
-fn parse(arguments: &[OsString]) -> Result<(Cli, Vec<String>), clap::Error> {
+/// Parses arguments, also into the options of the subcommand that they name: what libraries call each,
+/// and how it is spelled.
+fn parse(arguments: &[OsString]) -> Result<(Cli, Vec<(String, String)>), clap::Error> {
     let mut command = Cli::command();
     let matches = command.try_get_matches_from_mut(arguments)?;
     let cli = Cli::from_arg_matches(&matches).map_err(|error| error.format(&mut command))?;
@@ -147,7 +148,11 @@ fn parse(arguments: &[OsString]) -> Result<(Cli, Vec<String>), clap::Error> {
         let Some(subcommand) = named.find_subcommand(name) else { break };
         (named, matches) = (subcommand, inner);
     }
-    let options = named.get_arguments().filter_map(Arg::get_long).map(str::to_owned).collect();
+    let spelled = |option: &Arg| {
+        let name = option.get_id().as_str();
+        Some((name.to_owned(), format!("--{}", option.get_long()?)))
+    };
+    let options = named.get_arguments().filter_map(spelled).collect();
     Ok((cli, options))
 }
 

@@ -11,9 +11,7 @@ use uvgraft::{Channels, Size};
 use uvgraft_assembly::avatar::{MapRole, Metadata};
 use uvgraft_assembly::render::{Aim, Shot};
 use uvgraft_assembly::selfie::{Head, Networks};
-use uvgraft_assembly::{
-    AvatarRequest, Body, Fault, Input, Observer, RenderRequest, SelfieRequest,
-};
+use uvgraft_assembly::{AvatarRequest, Body, Fault, Input, Observer, RenderRequest, SelfieRequest};
 use uvgraft_figure::Figure;
 use uvgraft_figure::motion::as_amass;
 use uvgraft_gltf::glb::{Permissions, PictureFormat};
@@ -37,11 +35,8 @@ fn request(body: Body, given: impl Fn(&str) -> Input) -> AvatarRequest {
     request.face = Some(given("face.png"));
     request.onto = Some(BaseSource::Image(given("base.png")));
     request.region.unit = Some(Unit::M);
-    request.region.exclude = vec![RegionPart {
-        side: Side::Source,
-        path: given("nape.txt"),
-        names: Vec::new(),
-    }];
+    request.region.exclude =
+        vec![RegionPart { side: Side::Source, path: given("nape.txt"), names: Vec::new() }];
     request.motions.recordings = vec![given("wave.npz")];
     request.source_mask = Some(given("trusted.png"));
     request.fill = Some(given("face.png"));

@@ -150,28 +150,28 @@ impl BlendSettings {
     /// As bad input, with the options.
     pub fn check(&self) -> Result<()> {
         if self.mode() == BlendMode::None && self.feather.is_some() {
-            return Err(Failure::input("`feather` cannot be used with `blend` none"));
+            return Err(Failure::option("`feather` cannot be used with `blend` none"));
         }
         let changes_base = matches!(self.tone(), Some(Tone::Source | Tone::Both));
         if self.skin.is_some() && !(self.needs_colors() && changes_base) {
-            return Err(Failure::input(
+            return Err(Failure::option(
                 "`skin` needs `tone` source or both, with `blend` membrane or `match_skin`",
             ));
         }
         if changes_base && !self.needs_colors() {
-            return Err(Failure::input(
+            return Err(Failure::option(
                 "`tone` source and both need `blend` membrane or `match_skin`",
             ));
         }
         let is_blended = self.needs_colors() || self.mode() != BlendMode::None;
         let has_labels = self.labels.is_some() || self.draw_labels;
         if !is_blended && (has_labels || self.keep_all) {
-            return Err(Failure::input(
+            return Err(Failure::option(
                 "`labels` and `keep_all` need `blend` feather or `blend` membrane",
             ));
         }
         if self.tone().is_none() && self.match_skin {
-            return Err(Failure::input("`match_skin` cannot be used with `tone` none"));
+            return Err(Failure::option("`match_skin` cannot be used with `tone` none"));
         }
         Ok(())
     }

@@ -83,7 +83,7 @@ impl Transfer {
             ),
             (
                 blends,
-                "`blend`, `feather`, `match`, `labels` or `preview`",
+                "`blend`, `feather`, `match_skin`, `labels` or `preview`",
                 "blends are computed on the surface of a mesh, and a map has none",
             ),
             (normals, "normal maps", "they need the tangent frames of two meshes"),

@@ -203,7 +203,7 @@ impl Transfer {
             }
             if self.blending.as_ref().is_some_and(Blending::needs_colors) {
                 return Err(Failure::option(
-                    "`data` cannot be used with `match` or `blend` membrane: data has no tone; \
+                    "`data` cannot be used with `match_skin` or `blend` membrane: data has no tone; \
                      use `blend` feather or `tone` none",
                 ));
             }

@@ -15,7 +15,6 @@ use super::maps::TransferredMaps;
 use super::plan::Plan;
 use super::request::AvatarRequest;
 use super::{expressions, features};
-use crate::notify::Notify;
 use crate::report::Report;
 
 /// An avatar that only has to be fitted to its limits and written.
@@ -84,7 +83,7 @@ impl Assembled {
             },
         );
         let ((body, mouth), dressed) = (shaped?, dressed?);
-        observer.proceed()?;
+        observer.check()?;
         check_bones(request, plan, &body)?;
         if let (Some((kind, solved)), Some(model)) = (&body.solved, request.model()) {
             expressions::report(model, *kind, solved, observer);
@@ -123,7 +122,7 @@ fn with_features(
     if let Some(layout) = &map_transfer.head {
         layout.apply(&mut avatar)?;
     }
-    observer.proceed()?;
+    observer.check()?;
     let maps = request.materials.carry(&map_transfer, color.size())?;
     Ok(Assembled {
         avatar,

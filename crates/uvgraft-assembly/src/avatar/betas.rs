@@ -41,7 +41,7 @@ impl Betas {
                 // Betas of one person, possibly as a matrix of one row.
                 if !matches!(array.shape(), [_] | [1, _]) {
                     let shape = array.shape();
-                    return Err(refused(file, format_args!("`betas` of shape {shape:?}")));
+                    return Err(refused(file, format_args!("an array of shape {shape:?}")));
                 }
                 array.f32s().into_owned()
             }
@@ -79,7 +79,7 @@ fn checked(values: Vec<f32>, given: impl Display) -> Result<Vec<f32>> {
 }
 
 fn refused(given: impl Display, found: impl Display) -> Failure {
-    Failure::input(format!(
+    Failure::option(format!(
         "`betas` {given}: must be numbers such as 0.5,-1.2, or a file that holds them; got {found}"
     ))
 }

@@ -13,7 +13,6 @@ use super::betas::{Betas, far_from_people};
 use super::carried;
 use super::motions::{Performers, Recording};
 use super::request::{AvatarRequest, Body};
-use crate::notify::Notify;
 
 /// A rigged body with its animations.
 pub(super) struct RiggedBody {
@@ -42,12 +41,12 @@ impl RiggedBody {
     ) -> Result<Self> {
         let recordings = request.motions.recordings.iter().map(Recording::read);
         let recordings: Vec<Recording> = recordings.collect::<Result<_>>()?;
-        observer.proceed()?;
+        observer.check()?;
         let mut body = match &request.body {
             Body::Figure => Self::figure(request, mesh, &recordings, observer)?,
             Body::Model(model) => Self::model(request, model, mesh, &recordings, observer)?,
         };
-        observer.proceed()?;
+        observer.check()?;
         if let Some(model) = &request.expressions {
             carried::add(model, &mut body, observer)?;
         }
@@ -63,7 +62,7 @@ impl RiggedBody {
         let figure = Figure::new();
         if !is_same(mesh, &figure.body) {
             let (found, wanted) = (mesh.positions().len(), figure.body.positions().len());
-            return Err(Failure::input(format!(
+            return Err(Failure::option(format!(
                 "{}: `body` demo needs the pair written by `uvgraft demo`, whose target must have \
                  {wanted} vertices in its own layout, got {found}; for other bodies, pass a model \
                  file",
@@ -120,7 +119,7 @@ impl RiggedBody {
         let shape = match &request.shape {
             Some(values) => model
                 .named_shape(values)
-                .map_err(|error| Failure::input(format!("{file}: `shape`: {error}")))?,
+                .map_err(|error| Failure::option(format!("{file}: `shape`: {error}")))?,
             None => Shape { betas, ..Shape::default() },
         };
         let shaped = model.shaped(&shape).map_err(|error| refused(&error))?;
@@ -136,7 +135,7 @@ impl RiggedBody {
         let (mut apart, mut grounds) = (Vec::new(), Vec::new());
         let performers = Performers::Of { model: &model, gender, body: &shaped };
         for recording in recordings {
-            observer.proceed()?;
+            observer.check()?;
             grounds.push(recording.add(&request.motions, &mut avatar, &performers, observer)?);
             if let Some(clip) = avatar.clips.last().filter(|_| model.has_correctives()) {
                 apart.push((clip.name.clone(), shaped.deviation(&avatar, clip).or_work()?));
@@ -158,7 +157,7 @@ fn check_shape(request: &AvatarRequest, positions: &[[f32; 3]]) -> Result<()> {
     }
     let body = request.body_name();
     let betas = request.betas.as_ref().map_or_else(|| "none".to_owned(), Betas::to_string);
-    Err(Failure::input(format!(
+    Err(Failure::option(format!(
         "{body} with `betas` {betas}: vertices must be within metres of the origin, got \
          {farthest} m"
     )))

@@ -8,7 +8,6 @@ use uvgraft_io::model_mesh;
 use uvgraft_pipeline::{Blame, Failure, Observer, Result};
 
 use super::body::RiggedBody;
-use crate::notify::Notify;
 
 /// Adds the named expressions of a model file to a body, and the terms of the model.
 pub(super) fn add(file: &Input, body: &mut RiggedBody, observer: &dyn Observer) -> Result<()> {
@@ -19,7 +18,7 @@ pub(super) fn add(file: &Input, body: &mut RiggedBody, observer: &dyn Observer) 
         .map_err(|error| Failure::input(format!("{file}: {error}")))?;
     let morphs = shaped.named_expressions();
     if morphs.is_empty() {
-        return Err(Failure::input(format!(
+        return Err(Failure::option(format!(
             "{file}: `expressions` needs a model whose expressions have names, such as the open \
              body; those of {} models have none",
             model.kind().name()
@@ -28,7 +27,7 @@ pub(super) fn add(file: &Input, body: &mut RiggedBody, observer: &dyn Observer) 
     let mesh = model_mesh::read(file).or_input()?;
     let mesh = mesh.with_positions(shaped.positions().to_vec()).or_work();
     let mesh = mesh.map_err(|failure| failure.context(file))?;
-    observer.proceed()?;
+    observer.check()?;
     let carried = transfer_between(&mesh, &morphs, &body.avatar.mesh)
         .map_err(|error| Failure::input(format!("{file}: {error}")))?;
     if let Some(error) = &carried.unmeasured {

@@ -15,7 +15,6 @@ use super::face::Face;
 use super::layout::HeadLayout;
 use super::map_transfer::MapTransfer;
 use super::request::{AvatarRequest, Body, TextureLayout};
-use crate::notify::Notify;
 use crate::{pair_picture, skin};
 
 /// The textures of an avatar.
@@ -65,7 +64,7 @@ fn own_skin(request: &AvatarRequest, size: Size) -> Result<Texture> {
         Body::Model(model) => model,
     };
     skin::usual(model, size)?.ok_or_else(|| {
-        Failure::input(format!(
+        Failure::option(format!(
             "{model}: `onto` is required: the texture of this body, or a colour such as #c08a70"
         ))
     })

@@ -5,8 +5,6 @@ use uvgraft_avatar::face::UnmetTarget;
 use uvgraft_io::input::Input;
 use uvgraft_pipeline::Observer;
 
-use crate::notify::Notify;
-
 /// Reports what the body's face cannot express.
 pub(super) fn report(
     model: &Input,

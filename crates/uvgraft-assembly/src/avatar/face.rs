@@ -7,7 +7,6 @@ use uvgraft_io::input::Input;
 use uvgraft_io::{fate, image};
 use uvgraft_pipeline::{Blame, Observer, Result, without_non_finite};
 
-use crate::notify::Notify;
 use crate::selfie::MadeSelfie;
 
 /// A texture in the head's layout.

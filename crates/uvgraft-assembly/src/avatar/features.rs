@@ -10,7 +10,6 @@ use uvgraft_avatar::mouth::{Mouth, MouthError};
 use uvgraft_pipeline::{Blame, Observer, Result};
 
 use super::request::{AvatarRequest, EyeStyle, MouthStyle};
-use crate::notify::Notify;
 
 /// A pair whose target has an island for each eye, and how its layout was changed; `None` if both
 /// eyes already have their own, or if there is no free space.

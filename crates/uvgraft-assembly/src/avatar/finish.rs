@@ -14,7 +14,6 @@ use super::plan::Plan;
 use super::request::AvatarRequest;
 use super::summary::{Made, Simplified};
 use super::{MadeAvatar, metadata, thumbnail};
-use crate::notify::Notify;
 
 /// JPEG quality: textures are looked at closely, and base colours have no blur to hide blocks.
 const JPEG_QUALITY: u8 = 92;
@@ -28,9 +27,9 @@ impl Assembled {
         observer: &dyn Observer,
     ) -> Result<MadeAvatar> {
         let Fitted { avatar, normals, simplified } = Fitted::new(self.avatar, plan.triangles)?;
-        observer.proceed()?;
+        observer.check()?;
         let levels = Levels::new(request.levels, &avatar, normals.as_deref())?;
-        observer.proceed()?;
+        observer.check()?;
         let is_vrm = plan.vrm.is_some();
         let colors = [Some(&self.color), self.head.as_ref()].into_iter().flatten();
         let shown = is_vrm.then(|| thumbnail::Colors::new(colors));
@@ -48,7 +47,7 @@ impl Assembled {
             vrm: plan.vrm.map(|vrm| metadata::made_from(vrm, license)),
             levels: levels.inside(),
         };
-        observer.proceed()?;
+        observer.check()?;
         let refused = |error: &dyn Display| {
             Failure::input(format!("{} as {}: {error}", self.name, request.file_name.display()))
         };

@@ -11,7 +11,6 @@ use super::body::RiggedBody;
 use super::features;
 use super::plan::Plan;
 use super::request::AvatarRequest;
-use crate::notify::Notify;
 use crate::selfie::MadeSelfie;
 
 pub(super) struct Ingredients {
@@ -32,7 +31,7 @@ impl Ingredients {
         observer: &dyn Observer,
     ) -> Result<Self> {
         let mut file = request.read_pair()?;
-        observer.proceed()?;
+        observer.check()?;
         let given = Arc::clone(&file.pair);
         let (body, selfie) = threads::join(
             || RiggedBody::new(request, given.target(), observer),

@@ -34,7 +34,7 @@ impl HeadLayout {
     ) -> Result<Self> {
         let own = SourceLayout::new(&file.pair, shown.touched()).or_input()?;
         let Some(own) = own.filter(|own| own.share >= MIN_SHARE) else {
-            return Err(Failure::input(format!(
+            return Err(Failure::option(format!(
                 "{}: `texture_layout` head+body needs a body whose head has the same triangles as \
                  the head mesh; use `texture_layout` atlas",
                 request.pair_name()

@@ -9,7 +9,6 @@ use uvgraft::{
 use uvgraft_pipeline::{Blame, Observer, Result};
 
 use super::layout::HeadLayout;
-use crate::notify::Notify;
 
 /// The prepared transfer of a face's colours, reused for its other maps.
 pub(super) struct MapTransfer<'a> {

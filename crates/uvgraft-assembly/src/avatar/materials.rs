@@ -97,13 +97,13 @@ impl MaterialOptions {
         for (option, roles) in [("map", &faces), ("onto", &bases)] {
             if let Some(role) = repeated(roles) {
                 let name = role.name();
-                return Err(Failure::input(format!("`{option}` {name}: role given twice")));
+                return Err(Failure::option(format!("`{option}` {name}: role given twice")));
             }
         }
         let has = |role| faces.contains(&role) || bases.contains(&role);
         let parts = [MapRole::Occlusion, MapRole::Roughness, MapRole::Metallic];
         if has(MapRole::Orm) && parts.into_iter().any(has) {
-            return Err(Failure::input(
+            return Err(Failure::option(
                 "`map` orm cannot be used with `map` occlusion, roughness or metallic, which it \
                  contains",
             ));
@@ -115,13 +115,13 @@ impl MaterialOptions {
         });
         if let Some(role) = ignored {
             let name = role.name();
-            return Err(Failure::input(match self.look {
+            return Err(Failure::option(match self.look {
                 ShadingModel::Unlit => format!("`look` unlit cannot be used with the map {name}"),
                 _ => format!("`look` mtoon supports normal and emissive maps only, got {name}"),
             }));
         }
         if self.look == ShadingModel::MToon && !is_vrm {
-            return Err(Failure::input(
+            return Err(Failure::option(
                 "`look` mtoon needs a .vrm output; for a .glb use `look` unlit or `look` pbr",
             ));
         }

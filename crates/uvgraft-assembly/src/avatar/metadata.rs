@@ -51,7 +51,7 @@ impl Metadata {
             ("made_from", self.made_from.is_some()),
         ];
         match given.iter().find(|(_, given)| *given) {
-            Some((name, _)) => Err(Failure::input(format!("`{name}` is for .vrm outputs only"))),
+            Some((name, _)) => Err(Failure::option(format!("`{name}` is for .vrm outputs only"))),
             None => Ok(()),
         }
     }
@@ -62,7 +62,7 @@ impl Metadata {
             !self.authors.is_empty() && !self.authors.iter().any(|name| name.trim().is_empty());
         let Some(permissions) = self.license.filter(|_| are_named) else {
             let terms = Permissions::NAMED.map(|(name, _)| name).join(", ");
-            return Err(Failure::input(format!(
+            return Err(Failure::option(format!(
                 "{}: a VRM file must name its author and terms of use: add `author` NAME and \
                  `license` TERMS ({terms})",
                 file_name.display()

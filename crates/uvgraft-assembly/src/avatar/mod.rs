@@ -45,7 +45,6 @@ pub use self::request::{
     AvatarRequest, Body, EyeStyle, LevelOptions, LevelStorage, MaterialOptions, Metadata,
     MotionOptions, MouthStyle, TextureLayout, TextureOptions,
 };
-use crate::notify::Notify;
 use crate::report::Report;
 
 /// An avatar: files in memory, and what there is to say about it.
@@ -76,9 +75,9 @@ impl AvatarRequest {
     pub fn make(&self, observer: &dyn Observer) -> Result<MadeAvatar> {
         let plan = Plan::new(self)?;
         let ingredients = Ingredients::gather(self, &plan, observer)?;
-        observer.proceed()?;
+        observer.check()?;
         let assembled = Assembled::new(self, &plan, ingredients, observer)?;
-        observer.proceed()?;
+        observer.check()?;
         assembled.finish(self, plan, observer)
     }
 }

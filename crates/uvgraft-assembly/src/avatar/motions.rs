@@ -12,7 +12,6 @@ use uvgraft_pipeline::{Blame, Failure, Observer, Result};
 
 use super::betas::far_from_people;
 use super::request::MotionOptions;
-use crate::notify::Notify;
 
 /// Default frame rate of animations.
 const FPS: f64 = 30.0;

@@ -19,7 +19,7 @@ impl AvatarRequest {
             (Some(pair), _) => pair_file::read(pair).or_input(),
             (None, Body::Figure) => demo(),
             (None, Body::Model(model)) => of_model(model)?.ok_or_else(|| {
-                Failure::input(format!(
+                Failure::option(format!(
                     "{model}: a pair file that links a head to this body is required; only `body` \
                      demo and the open body need none"
                 ))

@@ -122,18 +122,18 @@ impl Plan {
 
 fn check_face(request: &AvatarRequest) -> Result<()> {
     match (&request.face, &*request.photos) {
-        (None, []) => return Err(Failure::input("a face texture or `photos` is required")),
+        (None, []) => return Err(Failure::option("a face texture or `photos` is required")),
         (Some(_), [_, ..]) => {
-            return Err(Failure::input("a face texture cannot be used with `photos`"));
+            return Err(Failure::option("a face texture cannot be used with `photos`"));
         }
         _ => {}
     }
     if !(0.0..=1.0).contains(&request.likeness) {
         let found = request.likeness;
-        return Err(Failure::input(format!("`likeness` must be 0 to 1, got {found}")));
+        return Err(Failure::option(format!("`likeness` must be 0 to 1, got {found}")));
     }
     if request.onto.is_none() && request.photos.is_empty() {
-        return Err(Failure::input(
+        return Err(Failure::option(
             "`onto` must include the body's colours: an image in its layout, or a colour such as \
              #c08a70",
         ));
@@ -143,10 +143,10 @@ fn check_face(request: &AvatarRequest) -> Result<()> {
 
 fn check_levels(request: &AvatarRequest, is_vrm: bool) -> Result<()> {
     if request.levels.count > 0 && cfg!(not(feature = "simplify")) {
-        return Err(Failure::input("`lods` needs a build with the feature `simplify`"));
+        return Err(Failure::option("`lods` needs a build with the feature `simplify`"));
     }
     if is_vrm && request.levels.storage == LevelStorage::Msft {
-        return Err(Failure::input(
+        return Err(Failure::option(
             "`lods_as` msft cannot be used with .vrm, whose readers do not support MSFT_lod; use \
              `lods_as` files, or write a .glb",
         ));
@@ -158,11 +158,11 @@ fn check_body(request: &AvatarRequest) -> Result<()> {
     let given = [("betas", request.betas.is_some()), ("shape", request.shape.is_some())];
     let mut given = given.iter().filter(|(_, is_given)| *is_given).map(|(name, _)| name);
     match (given.next(), given.next(), &request.body) {
-        (Some(name), _, Body::Figure) => Err(Failure::input(format!(
+        (Some(name), _, Body::Figure) => Err(Failure::option(format!(
             "`{name}` cannot be used with `body` demo, whose shape is fixed"
         ))),
         (Some(name), Some(other), _) => {
-            Err(Failure::input(format!("`{name}` cannot be used with `{other}`")))
+            Err(Failure::option(format!("`{name}` cannot be used with `{other}`")))
         }
         _ => Ok(()),
     }
@@ -172,7 +172,7 @@ fn check_body(request: &AvatarRequest) -> Result<()> {
 fn check_textures(request: &AvatarRequest, preset: Option<&Preset>) -> Result<PictureFormat> {
     let textures = &request.textures;
     if cfg!(not(feature = "ktx2")) && textures.format == Some(PictureFormat::Ktx2) {
-        return Err(Failure::input(
+        return Err(Failure::option(
             "`texture_format` ktx2 needs a build with the feature `ktx2`; use png, jpeg or webp",
         ));
     }
@@ -180,22 +180,24 @@ fn check_textures(request: &AvatarRequest, preset: Option<&Preset>) -> Result<Pi
     let format = format.unwrap_or(PictureFormat::Png);
     match textures.quality {
         Some(_) if format != PictureFormat::Jpeg => {
-            return Err(Failure::input("`quality` needs JPEG textures: add `texture_format` jpeg"));
+            return Err(Failure::option(
+                "`quality` needs JPEG textures: add `texture_format` jpeg",
+            ));
         }
         Some(quality) if !(1..=100).contains(&quality) => {
-            return Err(Failure::input(format!("`quality` must be 1 to 100, got {quality}")));
+            return Err(Failure::option(format!("`quality` must be 1 to 100, got {quality}")));
         }
         _ => {}
     }
     let is_constant = matches!(request.onto, Some(BaseSource::Color(_)));
     if is_constant && textures.size.is_none() {
-        return Err(Failure::input("`size` is required where `onto` is a colour"));
+        return Err(Failure::option("`size` is required where `onto` is a colour"));
     }
     if let (Some(size), Some(preset)) = (textures.size, preset)
         && too_large(size, preset)
     {
         let (name, side) = (preset.name, preset.texture_side);
-        return Err(Failure::input(format!(
+        return Err(Failure::option(format!(
             "`size` must be at most {side} with `preset` {name}, got {size}"
         )));
     }

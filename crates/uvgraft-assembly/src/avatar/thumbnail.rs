@@ -6,8 +6,6 @@ use uvgraft_gltf::glb::{AvatarMaterial, Picture, PictureFormat, ShadingModel};
 use uvgraft_pipeline::Observer;
 use uvgraft_render::thumbnail;
 
-use crate::notify::Notify;
-
 /// Side of the thumbnail: enough for lists, and drawn in some tenths of a second.
 const SIDE: u32 = 512;
 const JPEG_QUALITY: u8 = 88;

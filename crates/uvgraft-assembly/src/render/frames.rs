@@ -25,7 +25,7 @@ impl RenderRequest {
             // The last frame would repeat the first.
             let wanted = (seconds * fps).round().max(1.0);
             if wanted > MAX_FRAMES as f32 {
-                return Err(Failure::input(format!(
+                return Err(Failure::option(format!(
                     "{seconds} s at {fps} frames per second must be at most {MAX_FRAMES} frames, got \
                      {wanted}; use a lower `fps`"
                 )));
@@ -58,7 +58,7 @@ impl RenderRequest {
             let Clip { name, seconds, .. } = &scene.clips()[clip];
             // A little more than the end is the end, as printed with one place.
             if frame > seconds + 0.05 {
-                return Err(Failure::input(format!(
+                return Err(Failure::option(format!(
                     "`frame` must be within the clip {name:?}, which is {seconds:.2} s long, got \
                      {frame}"
                 )));

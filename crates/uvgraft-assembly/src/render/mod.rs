@@ -143,7 +143,7 @@ impl RenderRequest {
     fn check(&self) -> Result<()> {
         if self.size.width.max(self.size.height) > MAX_SIDE {
             let found = self.size;
-            return Err(Failure::input(format!(
+            return Err(Failure::option(format!(
                 "`size` must be at most {MAX_SIDE} pixels a side, got {found}"
             )));
         }
@@ -161,7 +161,7 @@ impl RenderRequest {
                 } else {
                     format!("{least} to {most}")
                 };
-                return Err(Failure::input(format!("`{name}` must be {wanted}, got {value}")));
+                return Err(Failure::option(format!("`{name}` must be {wanted}, got {value}")));
             }
         }
         Ok(())

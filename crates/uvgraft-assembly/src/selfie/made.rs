@@ -18,7 +18,6 @@ use super::networks;
 use super::photo::Photo;
 use super::request::PhotoOptions;
 use super::tracked;
-use crate::notify::Notify;
 
 /// A head fitted to photographs, and its texture.
 pub struct MadeSelfie {
@@ -77,14 +76,14 @@ impl MadeSelfie {
             None => head,
         };
         let (photos, pixels) = photos?;
-        observer.proceed()?;
+        observer.check()?;
         let fit = fitted(&head, &photos, &pixels, flame.as_ref())?.ok_or_else(|| {
             Failure::input(format!("{name}: its head does not fit the face in the photographs"))
         })?;
         let windows =
             photos.iter().zip(&fit.photos).map(|(photo, fitted)| photo.window.fitted(fitted));
         let of_windows = Fit { shaped: fit.shaped.clone(), photos: windows.collect() };
-        observer.proceed()?;
+        observer.check()?;
         let mut texturing = TextureOptions::default();
         (texturing.size, texturing.relight) = (size, options.relight);
         let made = textured(&head, &of_windows, &pixels, &texturing).or_input()?;
@@ -159,7 +158,7 @@ fn read(
 ) -> Result<(Vec<Photo>, Vec<Texture>)> {
     let most = MOST_PIXELS / frames.iter().count().max(1);
     let photos = frames.iter().map(|frame| {
-        observer.proceed()?;
+        observer.check()?;
         Photo::read(frame, networks, options, most, observer)
     });
     if let Frames::Files(_) = frames {

@@ -14,7 +14,6 @@ use super::frames::Frame;
 use super::request::PhotoOptions;
 use super::tracked;
 use super::window::{Bounds, Window};
-use crate::notify::Notify;
 
 /// Largest size of a decoded photograph, in bytes.
 const MOST_BYTES: usize = 400 << 20;
@@ -160,11 +159,11 @@ fn check_profile(input: &Input, icc: Option<&[u8]>, observer: &dyn Observer) {
 
 fn refused(input: &Input, error: &FaceError) -> Failure {
     match error {
-        FaceError::Several { count } => Failure::input(format!(
+        FaceError::Several { count } => Failure::option(format!(
             "{input}: the photograph must show one face, got {count}; choose one by `face_number` N, where 1 \
              is the largest"
         )),
-        FaceError::Number { number, count } => Failure::input(format!(
+        FaceError::Number { number, count } => Failure::option(format!(
             "{input}: `face_number` must be from 1 to {count}, got {number}"
         )),
         error => Failure::input(format!("{input}: {error}")),

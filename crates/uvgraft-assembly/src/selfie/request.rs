@@ -204,7 +204,7 @@ impl SelfieRequest {
     fn checked(&self) -> Result<Frames> {
         if self.size.texels() > MOST_TEXELS {
             let found = self.size;
-            return Err(Failure::input(format!(
+            return Err(Failure::option(format!(
                 "`size` must be at most 4096×4096 texels, got {found}"
             )));
         }

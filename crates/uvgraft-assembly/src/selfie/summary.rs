@@ -5,7 +5,6 @@ use uvgraft_selfie::FittedPhoto;
 
 use super::made::MadeSelfie;
 use super::photo::{FocalSource, Photo};
-use crate::notify::Notify;
 use crate::report::{Report, grouped};
 
 impl MadeSelfie {

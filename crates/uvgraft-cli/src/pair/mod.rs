@@ -19,7 +19,7 @@ use crate::{recognition, report};
 use outside::{Outside, warn_of_outside};
 use uvgraft_assembly::drawing::check_name;
 use uvgraft_assembly::mesh_file::{self, MeshFile};
-use uvgraft_assembly::{Input, pair_picture};
+use uvgraft_assembly::pair_picture;
 
 /// Link the triangles of two meshes and save the links as a pair file
 ///

@@ -43,7 +43,7 @@ pub(crate) struct Args {
     #[arg(required_unless_present = "with_map")]
     pair: Option<PathBuf>,
     /// Textures in the source layout, or one folder of them
-    #[arg(required_unless_present_any = ["maps", "with_map", "manifest"], conflicts_with = "maps")]
+    #[arg(required_unless_present_any = ["map", "with_map", "manifest"], conflicts_with = "map")]
     #[arg(value_name = "TEXTURE")]
     sources: Vec<PathBuf>,
     /// Use a map of positions in place of a pair
@@ -126,7 +126,7 @@ pub(crate) struct Args {
     /// For example albedo=a.png, normal=n.png, roughness=r.png or displacement=d.exr. The role
     /// decides how the map is filtered and converted. Each map is written to the output folder
     /// under the name of its role.
-    #[arg(long = "map", value_name = "ROLE=FILE", value_parser = RoleFile::parse)]
+    #[arg(id = "map", long = "map", value_name = "ROLE=FILE", value_parser = RoleFile::parse)]
     #[arg(help_heading = heading::MATERIALS)]
     maps: Vec<RoleFile>,
     /// Green channel convention of input normal maps
@@ -143,7 +143,7 @@ pub(crate) struct Args {
     /// lines and lines that start with # are skipped. A texture that does not exist fails without
     /// stopping the others.
     #[arg(long, value_name = "LIST.txt|-", help_heading = heading::BATCHES)]
-    #[arg(conflicts_with_all = ["sources", "maps"])]
+    #[arg(conflicts_with_all = ["sources", "map"])]
     manifest: Option<PathBuf>,
     /// Transfer only one of several parts of the textures, such as 0/64
     ///
