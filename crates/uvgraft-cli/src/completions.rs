@@ -2,10 +2,11 @@
 
 use std::process::ExitCode;
 
-use clap::{CommandFactory, ValueEnum};
-use clap_complete::Shell;
+use clap::CommandFactory;
+use uvgraft::{Choice, choices};
 
 use crate::Cli;
+use crate::choice::choice;
 use crate::terminal;
 
 /// Print a shell completion script
@@ -19,42 +20,34 @@ use crate::terminal;
 #[command(verbatim_doc_comment)]
 pub(crate) struct Args {
     /// Shell to complete for
-    #[arg(value_enum)]
-    shell: ShellName,
+    #[arg(value_parser = choice::<KnownShell>())]
+    shell: KnownShell,
 }
 
-#[derive(Clone, Copy, PartialEq, Eq, ValueEnum)]
-enum ShellName {
-    /// Bourne Again Shell
+/// The shells of [`clap_complete`], with help.
+#[derive(Clone, Copy, PartialEq, Eq)]
+enum KnownShell {
     Bash,
-    /// Elvish
     Elvish,
-    /// Friendly Interactive Shell
     Fish,
-    /// PowerShell
-    #[value(name = "powershell")]
     PowerShell,
-    /// Z Shell
     Zsh,
 }
 
-impl From<ShellName> for Shell {
-    fn from(name: ShellName) -> Self {
-        match name {
-            ShellName::Bash => Self::Bash,
-            ShellName::Elvish => Self::Elvish,
-            ShellName::Fish => Self::Fish,
-            ShellName::PowerShell => Self::PowerShell,
-            ShellName::Zsh => Self::Zsh,
-        }
-    }
-}
+choices!(KnownShell {
+    Bash => "bash", "Bourne Again Shell";
+    Elvish => "elvish", "Elvish";
+    Fish => "fish", "Friendly Interactive Shell";
+    PowerShell => "powershell", "PowerShell";
+    Zsh => "zsh", "Z Shell";
+});
 
 pub(crate) fn run(args: &Args) -> anyhow::Result<ExitCode> {
     // Into memory first: clap_complete panics if standard output is closed.
     let mut script = Vec::new();
     let mut command = Cli::command();
-    clap_complete::generate(Shell::from(args.shell), &mut command, "uvgraft", &mut script);
+    let shell: clap_complete::Shell = args.shell.name().parse().map_err(anyhow::Error::msg)?;
+    clap_complete::generate(shell, &mut command, "uvgraft", &mut script);
     terminal::print(&String::from_utf8(script)?)?;
     Ok(ExitCode::SUCCESS)
 }

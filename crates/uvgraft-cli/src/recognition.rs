@@ -1,7 +1,8 @@
 //! The names of publicly known meshes and layouts, and warnings of pairs that look wrong, as text.
 
 use uvgraft::Mesh;
-use uvgraft::known::{self, Certainty, PairingWarning, Recognition, Side, recognise};
+use uvgraft::Side;
+use uvgraft::known::{self, Certainty, PairingWarning, Recognition, recognise};
 
 use crate::report::grouped;
 

@@ -1,8 +1,8 @@
 //! Options for regions of the surface.
 
-use clap::ValueEnum;
 use uvgraft_pipeline::{Grow, Length, Region, RegionPart, Unit};
 
+use crate::choice::choice;
 use crate::heading;
 
 #[derive(Clone, clap::Args)]
@@ -25,31 +25,8 @@ pub(crate) struct RegionArgs {
     #[arg(long, value_name = "LENGTH|RINGS", value_parser = parse_growth, allow_hyphen_values = true)]
     grow: Option<Grow>,
     /// Unit of the mesh coordinates, for lengths with a unit [default: m]
-    #[arg(long, value_enum)]
-    unit: Option<UnitName>,
-}
-
-#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
-enum UnitName {
-    /// Millimetres
-    Mm,
-    /// Centimetres
-    Cm,
-    /// Metres
-    M,
-    /// Inches
-    In,
-}
-
-impl From<UnitName> for Unit {
-    fn from(name: UnitName) -> Self {
-        match name {
-            UnitName::Mm => Self::Mm,
-            UnitName::Cm => Self::Cm,
-            UnitName::M => Self::M,
-            UnitName::In => Self::In,
-        }
-    }
+    #[arg(long, value_parser = choice::<Unit>())]
+    unit: Option<Unit>,
 }
 
 fn parse_growth(text: &str) -> Result<Grow, String> {
@@ -81,7 +58,7 @@ impl RegionArgs {
         region.include.clone_from(&self.region);
         region.exclude.clone_from(&self.exclude);
         region.grow = self.grow;
-        region.unit = self.unit.map(Unit::from);
+        region.unit = self.unit;
         region
     }
 }

@@ -24,6 +24,11 @@ pub enum Adapters {
     Any,
 }
 
+uvgraft::choices!(Adapters {
+    Hardware => "hardware", "";
+    Any => "any", "";
+});
+
 /// A graphics processor that is ready for use. Clones share it.
 #[derive(Debug, Clone)]
 pub struct Gpu {

@@ -1,5 +1,7 @@
 //! Lengths with units, and the unit of a mesh.
 
+use uvgraft::{Choice, choices};
+
 /// Longer than any mesh in any unit, and within the range of single precision.
 const LONGEST: f64 = 1e9;
 
@@ -17,6 +19,13 @@ pub enum Unit {
     In,
 }
 
+choices!(Unit {
+    Mm => "mm", "Millimetres";
+    Cm => "cm", "Centimetres";
+    M => "m", "Metres";
+    In => "in", "Inches";
+});
+
 impl Unit {
     fn meters(self) -> f64 {
         match self {
@@ -24,15 +33,6 @@ impl Unit {
             Self::Cm => 0.01,
             Self::M => 1.0,
             Self::In => 0.0254,
-        }
-    }
-
-    fn name(self) -> &'static str {
-        match self {
-            Self::Mm => "millimetres",
-            Self::Cm => "centimetres",
-            Self::M => "metres",
-            Self::In => "inches",
         }
     }
 }
@@ -58,11 +58,7 @@ impl Length {
         let digits = text.trim_end_matches(|c: char| c.is_ascii_alphabetic());
         let unit = match &text[digits.len()..] {
             "" => None,
-            "mm" => Some(Unit::Mm),
-            "cm" => Some(Unit::Cm),
-            "m" => Some(Unit::M),
-            "in" => Some(Unit::In),
-            _ => return Err(wanted()),
+            name => Some(Unit::named(name).ok_or_else(wanted)?),
         };
         match digits.trim_end().parse::<f64>() {
             Ok(value) if value.abs() <= LONGEST => Ok(Self { value, unit }),
@@ -113,7 +109,7 @@ pub(crate) fn assumption(extent: f64, unit: Unit) -> String {
     format!(
         "the mesh has no unit; assuming {}, which makes its largest dimension {size}; use `unit` \
          to change this",
-        unit.name()
+        unit.summary().to_lowercase()
     )
 }
 

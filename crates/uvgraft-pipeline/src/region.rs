@@ -2,6 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
+use uvgraft::Choice;
 use uvgraft::blend::{BlendDomain, Growth, Selection, Side};
 use uvgraft_io::image::{self, Format};
 use uvgraft_io::{vertex_groups, vertex_list};
@@ -48,11 +49,9 @@ pub struct RegionPart {
 impl RegionPart {
     /// `[SIDE:]FILE[#GROUP,GROUP]`, as in `target:body.json#head,neck`.
     pub fn parse(text: &str) -> Self {
-        let (side, rest) = match text.split_once(':') {
-            Some(("source", rest)) => (Side::Source, rest),
-            Some(("target", rest)) => (Side::Target, rest),
-            _ => (Side::Source, text),
-        };
+        let with_side =
+            text.split_once(':').and_then(|(name, rest)| Some((Side::named(name)?, rest)));
+        let (side, rest) = with_side.unwrap_or((Side::Source, text));
         // File names may contain this character.
         match rest.rsplit_once('#') {
             Some((path, names)) if !Path::new(rest).exists() => {

@@ -12,7 +12,7 @@ pub trait Choice: Copy + PartialEq + 'static {
     /// The name that users write, such as `catmull-rom`.
     fn name(self) -> &'static str;
 
-    /// What it means, in a line without a full stop.
+    /// What it means, in a line without a full stop; empty if the name says it.
     fn summary(self) -> &'static str;
 
     /// The value of a name.
@@ -30,6 +30,21 @@ pub trait Choice: Copy + PartialEq + 'static {
         }
     }
 }
+
+/// Serialises a choice as its name.
+#[cfg(feature = "serde")]
+macro_rules! serialize_by_name {
+    ($type:ty) => {
+        impl serde::Serialize for $type {
+            fn serialize<S: serde::Serializer>(&self, to: S) -> Result<S::Ok, S::Error> {
+                to.serialize_str($crate::Choice::name(*self))
+            }
+        }
+    };
+}
+
+#[cfg(feature = "serde")]
+pub(crate) use serialize_by_name;
 
 /// Implements [`Choice`] by a table: each value with its name and its summary.
 ///

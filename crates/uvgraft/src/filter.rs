@@ -2,9 +2,10 @@
 
 use std::sync::LazyLock;
 
+use crate::choice::Choice;
+
 /// Interpolation filter.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default)]
-#[cfg_attr(feature = "serde", derive(serde::Serialize), serde(rename_all = "kebab-case"))]
 #[non_exhaustive]
 pub enum Filter {
     /// The texel that contains the position. For label masks: it never blends values.
@@ -25,6 +26,8 @@ crate::choices!(Filter {
     CatmullRom => "catmull-rom", "4 x 4 texels; sharp, overshoots slightly at hard edges";
     Lanczos3 => "lanczos3", "6 x 6 texels; keeps the most detail, overshoots at hard edges";
 });
+#[cfg(feature = "serde")]
+crate::choice::serialize_by_name!(Filter);
 
 /// Maximum number of texels that a filter reads on one axis.
 pub const MAX_TAPS: usize = 6;
@@ -161,12 +164,7 @@ fn lanczos3_exact(fraction: f64) -> [f32; MAX_TAPS] {
 
 impl std::fmt::Display for Filter {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        f.write_str(match self {
-            Self::Nearest => "nearest",
-            Self::Bilinear => "bilinear",
-            Self::CatmullRom => "catmull-rom",
-            Self::Lanczos3 => "lanczos3",
-        })
+        f.write_str(self.name())
     }
 }
 

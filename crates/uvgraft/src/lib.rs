@@ -102,7 +102,7 @@ pub use mesh_report::MeshReport;
 pub use normals::{NormalFrames, NormalOptions, NormalY};
 pub use operator::Operator;
 pub use overlay::{BandError, BaseConversion, Overlay};
-pub use pair::{Direction, Pair, PairError};
+pub use pair::{Direction, Pair, PairError, Side};
 pub use piece::{Extent, Piece, PieceError, Weights};
 pub use plan::{Plan, PlanError};
 pub use report::PairReport;

@@ -73,21 +73,25 @@ pub enum Subject {
 
 /// A unit of length.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
-#[cfg_attr(feature = "serde", derive(serde::Serialize))]
 pub enum Unit {
     /// Metre.
-    #[cfg_attr(feature = "serde", serde(rename = "m"))]
     Metre,
     /// Decimetre, as in MakeHuman's files.
-    #[cfg_attr(feature = "serde", serde(rename = "dm"))]
     Decimetre,
     /// Centimetre.
-    #[cfg_attr(feature = "serde", serde(rename = "cm"))]
     Centimetre,
     /// Millimetre.
-    #[cfg_attr(feature = "serde", serde(rename = "mm"))]
     Millimetre,
 }
+
+crate::choices!(Unit {
+    Metre => "m", "Metres";
+    Decimetre => "dm", "Decimetres";
+    Centimetre => "cm", "Centimetres";
+    Millimetre => "mm", "Millimetres";
+});
+#[cfg(feature = "serde")]
+crate::choice::serialize_by_name!(Unit);
 
 impl MeshReport {
     /// Computes the statistics of a mesh. Most of the time goes into looking for a head.

@@ -17,6 +17,22 @@ pub struct Pair {
     elsewhere: Pieces,
 }
 
+/// One of a pair's two meshes.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+pub enum Side {
+    /// The pair's source, [`Pair::source`].
+    Source,
+    /// The pair's target, [`Pair::target`].
+    Target,
+}
+
+crate::choices!(Side {
+    Source => "source", "Layout of the source mesh";
+    Target => "target", "Layout of the target mesh";
+});
+#[cfg(feature = "serde")]
+crate::choice::serialize_by_name!(Side);
+
 /// The direction of a transfer.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize), serde(rename_all = "lowercase"))]

@@ -27,6 +27,11 @@ pub enum Overlap {
     Average,
 }
 
+crate::choices!(Overlap {
+    First => "first", "Use the island selected by `prefer`";
+    Average => "average", "Average all overlapping islands";
+});
+
 /// The inputs that determine a sampling map.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct MapInputs<'a> {

@@ -1,37 +1,23 @@
 //! Stages on a graphics processor.
 
-use clap::ValueEnum;
 use uvgraft::Filter;
 use uvgraft_gpu::{Adapters, Gpu};
 
 use super::measure::time;
-use super::stage::{Stage, StageKind, Variant};
+use super::stage::{Measured, Stage, Variant};
 use super::workload::{TEXEL, Workload, stage};
 use crate::failure::{note, warn};
 
-/// Which drivers will do.
-#[derive(Debug, Clone, Copy, ValueEnum)]
-pub(super) enum AdapterName {
-    Hardware,
-    Any,
-}
-
-impl AdapterName {
-    /// Opens a graphics processor; without one, says so, and the CPU alone is measured.
-    pub(super) fn open(self) -> Option<Gpu> {
-        let adapters = match self {
-            Self::Hardware => Adapters::Hardware,
-            Self::Any => Adapters::Any,
-        };
-        match Gpu::new(adapters) {
-            Ok(gpu) => {
-                note(format_args!("graphics processor: {}", gpu.name()));
-                Some(gpu)
-            }
-            Err(error) => {
-                warn(format_args!("{error}; only the CPU is measured"));
-                None
-            }
+/// Opens a graphics processor; without one, says so, and the CPU alone is measured.
+pub(super) fn open(adapters: Adapters) -> Option<Gpu> {
+    match Gpu::new(adapters) {
+        Ok(gpu) => {
+            note(format_args!("graphics processor: {}", gpu.name()));
+            Some(gpu)
+        }
+        Err(error) => {
+            warn(format_args!("{error}; only the CPU is measured"));
+            None
         }
     }
 }
@@ -64,7 +50,7 @@ impl Workload<'_> {
             let _ = applied?;
             Ok(seconds)
         };
-        Ok(self.on_gpu(StageKind::Gpu, filter, work))
+        Ok(self.on_gpu(Measured::Gpu, filter, work))
     }
 
     fn gpu_carry(&self, gpu: &Gpu, filter: Filter) -> anyhow::Result<Stage<'_>> {
@@ -74,16 +60,16 @@ impl Workload<'_> {
             let _ = carried?;
             Ok(seconds)
         };
-        Ok(self.on_gpu(StageKind::GpuCarry, filter, work))
+        Ok(self.on_gpu(Measured::GpuCarry, filter, work))
     }
 
     fn on_gpu<'s>(
         &'s self,
-        kind: StageKind,
+        measured: Measured,
         filter: Filter,
         work: impl FnMut() -> anyhow::Result<f64> + 's,
     ) -> Stage<'s> {
         let moved = (self.read + self.filled) * TEXEL;
-        stage(kind, Some(Variant::Filter(filter)), Some(self.filled), Some(moved), work)
+        stage(measured, Some(Variant::Filter(filter)), Some(self.filled), Some(moved), work)
     }
 }

@@ -14,11 +14,13 @@ use std::process::ExitCode;
 use std::sync::Arc;
 
 use indicatif::ProgressBar;
-use uvgraft::{Direction, Filter, Pair, Size};
+use uvgraft::{Choice, Direction, Filter, Pair, Size};
+#[cfg(feature = "gpu")]
+use uvgraft_gpu::Adapters;
 use uvgraft_io::pair_file;
 
+use crate::choice::choice;
 use crate::failure::OrBadInput;
-use crate::filters::FilterName;
 use crate::number::whole_number;
 use crate::progress;
 use crate::report::parse_size;
@@ -54,24 +56,24 @@ pub(crate) struct Args {
     #[arg(long, conflicts_with = "reverse")]
     both: bool,
     /// Interpolation filters to benchmark, comma-separated
-    #[arg(long, value_enum, value_delimiter = ',', value_name = "FILTER,...")]
+    #[arg(long, value_parser = choice::<Filter>(), value_delimiter = ',', value_name = "FILTER,...")]
     #[arg(default_value = "bilinear,catmull-rom,lanczos3")]
-    filter: Vec<FilterName>,
+    filter: Vec<Filter>,
     /// Stages to benchmark, comma-separated [default: all]
     #[arg(
         long,
-        value_enum,
+        value_parser = choice::<StageKind>(),
         value_delimiter = ',',
         value_name = "STAGE,...",
         hide_default_value = true
     )]
-    #[arg(default_values_t = StageKind::ALL)]
+    #[arg(default_values = StageKind::ALL.iter().map(|kind| kind.name()))]
     stage: Vec<StageKind>,
     /// Also benchmark a graphics processor; with `any`, a driver that runs on the CPU will do
     #[cfg(feature = "gpu")]
-    #[arg(long, value_enum, value_name = "ADAPTER", num_args = 0..=1, require_equals = true)]
-    #[arg(default_missing_value = "hardware")]
-    gpu: Option<gpu::AdapterName>,
+    #[arg(long, value_name = "ADAPTER", num_args = 0..=1, require_equals = true)]
+    #[arg(value_parser = choice::<Adapters>(), default_missing_value = Adapters::Hardware.name())]
+    gpu: Option<Adapters>,
     /// Number of timed rounds
     #[arg(long, default_value_t = 5, value_name = "N")]
     #[arg(value_parser = whole_number::<u32>(1..=1000), allow_negative_numbers = true)]
@@ -92,8 +94,7 @@ impl Args {
 
     /// Filters from fastest to slowest, without duplicates.
     fn filters(&self) -> Vec<Filter> {
-        let named: Vec<Filter> = self.filter.iter().copied().map(Filter::from).collect();
-        Filter::ALL.into_iter().filter(|filter| named.contains(filter)).collect()
+        Filter::ALL.into_iter().filter(|filter| self.filter.contains(filter)).collect()
     }
 
     fn has(&self, kind: StageKind) -> bool {
@@ -104,7 +105,7 @@ impl Args {
 pub(crate) fn run(args: &Args) -> anyhow::Result<ExitCode> {
     let pair = pair_file::read(&args.pair).or_bad_input()?.pair;
     #[cfg(feature = "gpu")]
-    let gpu = args.gpu.and_then(gpu::AdapterName::open);
+    let gpu = args.gpu.and_then(gpu::open);
     let copy = CopyRate::measured(args.runs);
     let cases = args.size.len() * args.directions().len();
     let progress = match cases {
@@ -150,7 +151,7 @@ fn rows_of(
     };
     let workload = Workload::new(&args.pair, pair, direction, from, to)?;
     let mut stages: Vec<Stage<'_>> = Vec::new();
-    for kind in StageKind::ALL.into_iter().filter(|kind| args.has(*kind)) {
+    for kind in StageKind::IN_ORDER.into_iter().filter(|kind| args.has(*kind)) {
         stages.extend(workload.stages(kind, &args.filters())?);
     }
     #[cfg(feature = "gpu")]

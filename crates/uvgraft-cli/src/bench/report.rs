@@ -7,7 +7,7 @@ use uvgraft::{Direction, Size};
 
 use super::copy::CopyRate;
 use super::measure::Times;
-use super::stage::{Stage, StageKind, Variant};
+use super::stage::{Measured, Stage, Variant};
 use super::workload::Workload;
 use crate::table::{Align, table};
 
@@ -32,7 +32,7 @@ pub(super) struct Report {
 /// One stage for one direction and size.
 #[derive(Serialize)]
 pub(super) struct Row {
-    stage: StageKind,
+    stage: Measured,
     /// The filter, or the input image.
     #[serde(rename = "with")]
     variant: Option<Variant>,
@@ -65,7 +65,7 @@ impl Row {
         // The difference of two times may come out as zero.
         let per_ms = |amount: f64| (times.median_ms > 0.0).then(|| amount / times.median_ms);
         Self {
-            stage: stage.kind,
+            stage: stage.measured,
             variant: stage.variant,
             direction: match workload.direction {
                 Direction::Forward => "forward",
@@ -83,20 +83,7 @@ impl Row {
     }
 
     fn title(&self) -> String {
-        let title = match self.stage {
-            StageKind::ReadPair => "read pair",
-            StageKind::Map => "build map",
-            StageKind::Padding => "prepare padding",
-            StageKind::Resample => "resample",
-            StageKind::Apply => "resample a copy",
-            StageKind::Decode => "decode PNG",
-            StageKind::Encode => "encode PNG",
-            StageKind::File => "file to file",
-            #[cfg(feature = "gpu")]
-            StageKind::Gpu => "resample on the GPU",
-            #[cfg(feature = "gpu")]
-            StageKind::GpuCarry => "to the GPU and back",
-        };
+        let title = self.stage.title();
         match self.variant {
             Some(variant) => format!("{title}, {}", variant.title()),
             None => title.to_owned(),

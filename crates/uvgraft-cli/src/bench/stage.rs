@@ -1,42 +1,35 @@
 //! Stages of a transfer.
 
-use clap::ValueEnum;
 use serde::Serialize;
-use uvgraft::Filter;
+use uvgraft::{Choice, Filter, choices};
 
 /// A stage of a transfer.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum, Serialize)]
-#[serde(rename_all = "kebab-case")]
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum StageKind {
-    /// Read and validate the pair file
     ReadPair,
-    /// Build the sampling map
     Map,
-    /// Prepare the padding of the source around its UV islands
     Padding,
-    /// Resample the source into the base, padding included
     Resample,
-    /// Resample a source that must stay as it is, and is copied, into the base
     Apply,
-    /// Decode the PNG files of source and base
     Decode,
-    /// Encode the result as PNG
     Encode,
-    /// Run `uvgraft transfer` from file to file, in this process
     File,
-    /// Resample on a graphics processor, where all textures are and stay
-    #[cfg(feature = "gpu")]
-    #[value(skip)]
-    Gpu,
-    /// The same with the way to the graphics processor and back
-    #[cfg(feature = "gpu")]
-    #[value(skip)]
-    GpuCarry,
 }
+
+choices!(StageKind {
+    ReadPair => "read-pair", "Read and validate the pair file";
+    Map => "map", "Build the sampling map";
+    Padding => "padding", "Prepare the padding of the source around its UV islands";
+    Resample => "resample", "Resample the source into the base, padding included";
+    Apply => "apply", "Resample a source that must stay as it is, and is copied, into the base";
+    Decode => "decode", "Decode the PNG files of source and base";
+    Encode => "encode", "Encode the result as PNG";
+    File => "file", "Run `uvgraft transfer` from file to file, in this process";
+});
 
 impl StageKind {
     /// All stages in the order of a transfer, the complete transfer last.
-    pub(crate) const ALL: [Self; 8] = [
+    pub(crate) const IN_ORDER: [Self; 8] = [
         Self::ReadPair,
         Self::Map,
         Self::Padding,
@@ -48,19 +41,59 @@ impl StageKind {
     ];
 }
 
-impl std::fmt::Display for StageKind {
-    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        match self.to_possible_value() {
-            Some(value) => f.write_str(value.get_name()),
-            None => Ok(()),
+/// What is measured.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Measured {
+    Stage(StageKind),
+    /// Resampling on a graphics processor, where all textures are and stay.
+    #[cfg(feature = "gpu")]
+    Gpu,
+    /// The same with the way to the graphics processor and back.
+    #[cfg(feature = "gpu")]
+    GpuCarry,
+}
+
+impl Measured {
+    /// Its name in JSON.
+    pub(super) fn name(self) -> &'static str {
+        match self {
+            Self::Stage(kind) => kind.name(),
+            #[cfg(feature = "gpu")]
+            Self::Gpu => "gpu",
+            #[cfg(feature = "gpu")]
+            Self::GpuCarry => "gpu-carry",
         }
+    }
+
+    /// Its label for tables.
+    pub(super) fn title(self) -> &'static str {
+        match self {
+            Self::Stage(StageKind::ReadPair) => "read pair",
+            Self::Stage(StageKind::Map) => "build map",
+            Self::Stage(StageKind::Padding) => "prepare padding",
+            Self::Stage(StageKind::Resample) => "resample",
+            Self::Stage(StageKind::Apply) => "resample a copy",
+            Self::Stage(StageKind::Decode) => "decode PNG",
+            Self::Stage(StageKind::Encode) => "encode PNG",
+            Self::Stage(StageKind::File) => "file to file",
+            #[cfg(feature = "gpu")]
+            Self::Gpu => "resample on the GPU",
+            #[cfg(feature = "gpu")]
+            Self::GpuCarry => "to the GPU and back",
+        }
+    }
+}
+
+impl Serialize for Measured {
+    fn serialize<S: serde::Serializer>(&self, to: S) -> Result<S::Ok, S::Error> {
+        to.serialize_str(self.name())
     }
 }
 
 /// One measured stage.
 pub(super) struct Stage<'a> {
-    pub(super) kind: StageKind,
-    /// Distinguishes stages of one kind: the filter, or the input image.
+    pub(super) measured: Measured,
+    /// Distinguishes those of one kind: the filter, or the input image.
     pub(super) variant: Option<Variant>,
     /// Number of texels for the throughput.
     pub(super) texels: Option<usize>,

@@ -17,7 +17,7 @@ use uvgraft_io::pair_file;
 
 use super::measure::time;
 use super::painting::detailed;
-use super::stage::{InputImage, Stage, StageKind, Variant};
+use super::stage::{InputImage, Measured, Stage, StageKind, Variant};
 use crate::transfer;
 
 /// Bytes of an 8-bit RGB texel.
@@ -114,10 +114,7 @@ impl<'a> Workload<'a> {
             StageKind::Encode => vec![self.encode()?],
             StageKind::File => {
                 filters.iter().map(|filter| self.file_to_file(*filter)).collect::<Result<_, _>>()?
-            }
-            // They need a device, and are made by themselves.
-            #[cfg(feature = "gpu")]
-            StageKind::Gpu | StageKind::GpuCarry => Vec::new(),
+            } // They need a device, and are made by themselves.
         })
     }
 
@@ -126,12 +123,12 @@ impl<'a> Workload<'a> {
             let (pair, seconds) = time(|| pair_file::read(self.pair_path));
             pair.map(|_| seconds).map_err(Into::into)
         };
-        stage(StageKind::ReadPair, None, None, None, work)
+        stage(Measured::Stage(StageKind::ReadPair), None, None, None, work)
     }
 
     fn build_map(&self) -> Stage<'_> {
         let work = || Ok(time(|| map(self.pair, self.direction, self.to, MapOptions::default())).1);
-        stage(StageKind::Map, None, Some(self.filled), None, work)
+        stage(Measured::Stage(StageKind::Map), None, Some(self.filled), None, work)
     }
 
     /// Preparing a graft also builds its map, so the time of a map is subtracted.
@@ -141,7 +138,7 @@ impl<'a> Workload<'a> {
             let (graft, both) = time(|| self.graft(filter));
             graft.map(|_| (both - map).max(0.0)).map_err(Into::into)
         };
-        stage(StageKind::Padding, None, Some(self.from.texels()), None, work)
+        stage(Measured::Stage(StageKind::Padding), None, Some(self.from.texels()), None, work)
     }
 
     fn decode(&self, part: InputImage, png: &'a [u8], size: Size) -> Stage<'a> {
@@ -150,7 +147,13 @@ impl<'a> Workload<'a> {
             image.map(|_| seconds).map_err(Into::into)
         };
         let moved = png.len() + size.texels() * TEXEL;
-        stage(StageKind::Decode, Some(Variant::Image(part)), Some(size.texels()), Some(moved), work)
+        stage(
+            Measured::Stage(StageKind::Decode),
+            Some(Variant::Image(part)),
+            Some(size.texels()),
+            Some(moved),
+            work,
+        )
     }
 
     fn resample(&self, filter: Filter) -> anyhow::Result<Stage<'_>> {
@@ -170,7 +173,13 @@ impl<'a> Workload<'a> {
         };
         let moved = (self.read + self.filled) * TEXEL;
         let variant = Some(Variant::Filter(filter));
-        Ok(stage(StageKind::Resample, variant, Some(self.filled), Some(moved), work))
+        Ok(stage(
+            Measured::Stage(StageKind::Resample),
+            variant,
+            Some(self.filled),
+            Some(moved),
+            work,
+        ))
     }
 
     /// What a user of the library calls, who keeps the source.
@@ -185,7 +194,7 @@ impl<'a> Workload<'a> {
         };
         let moved = (2 * self.from.texels() + self.read + self.filled) * TEXEL;
         let variant = Some(Variant::Filter(filter));
-        Ok(stage(StageKind::Apply, variant, Some(self.filled), Some(moved), work))
+        Ok(stage(Measured::Stage(StageKind::Apply), variant, Some(self.filled), Some(moved), work))
     }
 
     fn encode(&self) -> anyhow::Result<Stage<'_>> {
@@ -199,7 +208,13 @@ impl<'a> Workload<'a> {
             bytes = out?;
             Ok(seconds)
         };
-        Ok(stage(StageKind::Encode, None, Some(self.to.texels()), Some(moved), work))
+        Ok(stage(
+            Measured::Stage(StageKind::Encode),
+            None,
+            Some(self.to.texels()),
+            Some(moved),
+            work,
+        ))
     }
 
     /// Runs the command itself, to measure exactly what users get.
@@ -229,7 +244,13 @@ impl<'a> Workload<'a> {
         let result = std::fs::metadata(&output)?.len() as usize;
         let moved = self.source_png.len() + self.base_png.len() + result;
         let variant = Some(Variant::Filter(filter));
-        Ok(stage(StageKind::File, variant, Some(self.to.texels()), Some(moved), run))
+        Ok(stage(
+            Measured::Stage(StageKind::File),
+            variant,
+            Some(self.to.texels()),
+            Some(moved),
+            run,
+        ))
     }
 
     pub(super) fn graft(&self, filter: Filter) -> Result<Graft, GraftError> {
@@ -258,11 +279,11 @@ fn encoded(image: &Image, mut buffer: Vec<u8>) -> anyhow::Result<Vec<u8>> {
 }
 
 pub(super) fn stage<'a>(
-    kind: StageKind,
+    measured: Measured,
     variant: Option<Variant>,
     texels: Option<usize>,
     moved_bytes: Option<usize>,
     work: impl FnMut() -> anyhow::Result<f64> + 'a,
 ) -> Stage<'a> {
-    Stage { kind, variant, texels, moved_bytes, work: Box::new(work) }
+    Stage { measured, variant, texels, moved_bytes, work: Box::new(work) }
 }

@@ -3,7 +3,7 @@
 use std::path::PathBuf;
 
 use anyhow::Context;
-use uvgraft::Size;
+use uvgraft::{Choice, Size, choices};
 use uvgraft_assembly::Input;
 use uvgraft_assembly::drawing::check_name;
 use uvgraft_assembly::skin::{HAIR, painted};
@@ -11,6 +11,7 @@ use uvgraft_io::image::{self, Image, WriteOptions};
 use uvgraft_open_body::skin::{SkinOptions, SkinTone};
 use uvgraft_pipeline::Outputs;
 
+use crate::choice::choice;
 use crate::failure::bad_input;
 use crate::report::parse_size;
 use crate::terminal;
@@ -24,8 +25,8 @@ pub(super) struct Args {
     #[arg(long, value_name = "0..1|COLOUR", default_value = "0.35", value_parser = tone, allow_negative_numbers = true)]
     tone: SkinTone,
     /// Hair on the scalp
-    #[arg(long, value_name = "HAIR", default_value = "cap")]
-    hair: HairName,
+    #[arg(long, value_name = "HAIR", default_value = Hair::Cap.name(), value_parser = choice::<Hair>())]
+    hair: Hair,
     /// Colour of the hair cap [default: #2b1d16]
     #[arg(long, value_name = "COLOUR", value_parser = color)]
     hair_color: Option<Color>,
@@ -40,13 +41,17 @@ pub(super) struct Args {
     output: PathBuf,
 }
 
-#[derive(Clone, Copy, PartialEq, Eq, clap::ValueEnum)]
-enum HairName {
-    /// Painted on the scalp
+/// The hair of a skin.
+#[derive(Clone, Copy, PartialEq, Eq)]
+enum Hair {
     Cap,
-    /// None
     None,
 }
+
+choices!(Hair {
+    Cap => "cap", "Painted on the scalp";
+    None => "none", "None";
+});
 
 #[derive(Clone, Copy, PartialEq, Debug)]
 struct Color([f32; 3]);
@@ -71,13 +76,13 @@ fn tone(text: &str) -> Result<SkinTone, String> {
 
 pub(super) fn run(args: &Args) -> anyhow::Result<()> {
     check_name(&args.output, "a skin")?;
-    if args.hair == HairName::None && args.hair_color.is_some() {
+    if args.hair == Hair::None && args.hair_color.is_some() {
         return Err(bad_input("--hair-color needs --hair cap"));
     }
     Outputs::new([&*args.model]).check(&args.output)?;
     let mut options = SkinOptions::new(args.tone);
     let Color(hair) = args.hair_color.unwrap_or(Color(HAIR));
-    options.hair = (args.hair == HairName::Cap).then_some(hair);
+    options.hair = (args.hair == Hair::Cap).then_some(hair);
     if let Some(Color(iris)) = args.eye_color {
         options.iris = iris;
     }

@@ -5,9 +5,10 @@ use std::path::PathBuf;
 use std::process::ExitCode;
 
 use serde::Serialize;
+use uvgraft::Choice;
 use uvgraft::MeshPart;
 use uvgraft::mesh::TileFaces;
-use uvgraft::mesh_report::{MeshReport, OVERLAP_SIDE, Subject, Unit};
+use uvgraft::mesh_report::{MeshReport, OVERLAP_SIDE, Subject};
 use uvgraft_pipeline::Outputs;
 
 use super::layout_picture;
@@ -170,16 +171,7 @@ fn tiles(tiles: &[TileFaces]) -> String {
 fn size(report: &MeshReport) -> String {
     let [low, high] = report.bounds;
     let [x, y, z] = [0, 1, 2].map(|k| significant(high[k] - low[k]));
-    let units: Vec<&str> = report
-        .units
-        .iter()
-        .map(|unit| match unit {
-            Unit::Metre => "m",
-            Unit::Decimetre => "dm",
-            Unit::Centimetre => "cm",
-            Unit::Millimetre => "mm",
-        })
-        .collect();
+    let units: Vec<&str> = report.units.iter().map(|unit| unit.name()).collect();
     let unit = if units.is_empty() {
         "unknown".to_owned()
     } else {

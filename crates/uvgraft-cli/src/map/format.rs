@@ -2,22 +2,25 @@
 
 use std::path::Path;
 
-use clap::ValueEnum;
+use uvgraft::choices;
 
 use crate::failure::bad_input;
 
 /// A format that maps are written in.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum MapFormat {
-    /// Array of positions
     Npy,
-    /// Positions for grid_sample, as the reference implementation stores them
     Npz,
-    /// ST map for compositors
     Exr,
-    /// Transfer as a sparse matrix for SciPy
     Csr,
 }
+
+choices!(MapFormat {
+    Npy => "npy", "Array of positions";
+    Npz => "npz", "Positions for grid_sample, as the reference implementation stores them";
+    Exr => "exr", "ST map for compositors";
+    Csr => "csr", "Transfer as a sparse matrix for SciPy";
+});
 
 impl MapFormat {
     /// The format that a file name asks for.

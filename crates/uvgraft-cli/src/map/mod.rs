@@ -6,17 +6,17 @@ use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
 use anyhow::Context;
-use clap::ValueEnum;
-use uvgraft::{Direction, Filter, Graft, MapOptions, SamplingMap, Size, Sizes};
+use uvgraft::{
+    Choice, Direction, Filter, Graft, MapOptions, Prefer, SamplingMap, Size, Sizes, choices,
+};
 use uvgraft_io::pair_file;
 use uvgraft_io::sampling_map::{self, Convention, CsrError};
 use uvgraft_pipeline::Outputs;
 
 use self::format::MapFormat;
+use crate::choice::choice;
 use crate::failure::{OrBadInput, bad_input};
-use crate::filters::FilterName;
 use crate::number::whole_number;
-use crate::preference::PreferName;
 use crate::report::parse_size;
 
 /// Export the sampling map of a pair for other tools
@@ -59,7 +59,7 @@ pub(crate) struct Args {
     #[arg(short, long, value_name = "OUT")]
     output: PathBuf,
     /// Format of the file [default: by its extension]
-    #[arg(long, value_enum)]
+    #[arg(long, value_parser = choice::<MapFormat>())]
     format: Option<MapFormat>,
     /// Size of the output texture in texels
     #[arg(long, value_name = "N|WxH", value_parser = parse_size, allow_negative_numbers = true)]
@@ -70,11 +70,11 @@ pub(crate) struct Args {
     /// Sampling convention of .npz files [default: reference]
     ///
     /// Both are for grid_sample with align_corners=True, as the reference implementation calls it.
-    #[arg(long, value_enum)]
-    convention: Option<ConventionName>,
+    #[arg(long, value_parser = choice::<ConventionKind>())]
+    convention: Option<ConventionKind>,
     /// Interpolation filter of .csr.npz files [default: lanczos3]
-    #[arg(long, value_enum)]
-    filter: Option<FilterName>,
+    #[arg(long, value_parser = choice::<Filter>())]
+    filter: Option<Filter>,
     /// Map from the target layout to the source layout
     #[arg(long)]
     reverse: bool,
@@ -83,24 +83,28 @@ pub(crate) struct Args {
     #[arg(value_parser = whole_number::<u32>(0..=256), allow_negative_numbers = true)]
     gutter: u32,
     /// UV island that owns texels shared by several islands
-    #[arg(long, value_enum, value_name = "ISLAND", default_value_t = PreferName::First)]
-    prefer: PreferName,
+    #[arg(long, value_name = "ISLAND", default_value = Prefer::First.name(), value_parser = choice::<Prefer>())]
+    prefer: Prefer,
 }
 
-#[derive(Clone, Copy, PartialEq, Eq, ValueEnum)]
-enum ConventionName {
-    /// 2u - 1, as in the reference implementation: up to half a texel off
+/// Which [`Convention`].
+#[derive(Clone, Copy, PartialEq, Eq)]
+enum ConventionKind {
     Reference,
-    /// 2 (u W - 1/2) / (W - 1) - 1, exact for inputs of --source-size
     Exact,
 }
+
+choices!(ConventionKind {
+    Reference => "reference", "2u - 1, as in the reference implementation: up to half a texel off";
+    Exact => "exact", "2 (u W - 1/2) / (W - 1) - 1, exact for inputs of --source-size";
+});
 
 pub(crate) fn run(args: &Args) -> anyhow::Result<ExitCode> {
     let content = args.content()?;
     Outputs::new([&*args.pair]).check(&args.output)?;
     let pair = pair_file::read(&args.pair).or_bad_input()?.pair;
     let direction = if args.reverse { Direction::Reverse } else { Direction::Forward };
-    let options = MapOptions::with_gutter(args.gutter).prefer(args.prefer.into());
+    let options = MapOptions::with_gutter(args.gutter).prefer(args.prefer);
     let path = &*args.output;
     let map = || SamplingMap::new(&pair, direction, args.size, &options);
     match content {
@@ -112,7 +116,7 @@ pub(crate) fn run(args: &Args) -> anyhow::Result<ExitCode> {
         Content::Matrix(from) => {
             let sizes = Sizes { from, to: args.size };
             let graft = Graft::builder(pair, sizes).direction(direction).map_options(options);
-            let filter = args.filter.map_or(Filter::default(), Filter::from);
+            let filter = args.filter.unwrap_or_default();
             let operator = graft.filter(filter).build().or_bad_input()?.operator();
             match sampling_map::save_csr(&operator, path) {
                 Err(error @ CsrError::TooMany) => {
@@ -166,7 +170,7 @@ impl Args {
         }
         let required =
             || bad_input("--source-size is required for the format csr and for --convention exact");
-        let is_exact = self.convention == Some(ConventionName::Exact);
+        let is_exact = self.convention == Some(ConventionKind::Exact);
         match (format, self.source_size) {
             (MapFormat::Csr, size) => Ok(Content::Matrix(size.ok_or_else(required)?)),
             (MapFormat::Npz, size) if is_exact => {

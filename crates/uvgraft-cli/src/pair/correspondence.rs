@@ -5,10 +5,11 @@ use std::path::{Path, PathBuf};
 use anyhow::Context;
 use uvgraft::correspond::surface::Align;
 use uvgraft::correspond::{self, By, FindOptions};
-use uvgraft::{Mesh, Pair};
+use uvgraft::{Choice, Mesh, Pair};
 use uvgraft_io::{obj, vertex_map};
 
 use super::{landmarks, table};
+use crate::choice::choice;
 use crate::failure::{OrBadInput, bad_input};
 use crate::heading;
 use crate::report::{Linked, Method};
@@ -27,11 +28,11 @@ pub(super) struct Options {
     #[arg(long, value_name = "FILE", conflicts_with = "vertex_map")]
     table: Option<PathBuf>,
     /// How to find corresponding triangles
-    #[arg(long, value_enum, value_name = "METHOD", default_value_t = Chosen::Auto)]
+    #[arg(long, value_name = "METHOD", default_value = Chosen::AUTO.name(), value_parser = choice::<Chosen>())]
     by: Chosen,
     /// How to bring the target into the source's place before surfaces are registered
-    #[arg(long, value_enum, value_name = "HOW", default_value_t = AlignName::Similarity)]
-    align: AlignName,
+    #[arg(long, value_name = "HOW", default_value = Align::default().name(), value_parser = choice::<Align>())]
+    align: Align,
     /// Vertices at the same places (.npy or text), or two images with painted dots
     ///
     /// Lists have the index of a vertex of the source and of the target for each place. Images are laid
@@ -53,31 +54,44 @@ pub(super) struct Options {
 }
 
 /// How to find corresponding triangles.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, clap::ValueEnum)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum Chosen {
-    /// The given vertex map or table, or else the first of the others that can
-    Auto,
-    /// The given vertex map
     VertexMap,
-    /// The given table
     Table,
-    /// Faces with the same vertex indices or in the same order
-    Faces,
-    /// The connectivity of one mesh, found in the other
-    Topology,
-    /// Surfaces that lie over each other after registration
-    Surface,
+    /// By the meshes alone.
+    Found(By),
 }
 
-/// How to bring the target into the source's place.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, clap::ValueEnum)]
-enum AlignName {
-    /// Leave it where it is
-    None,
-    /// Rotate and move it
-    Rigid,
-    /// Rotate, move and scale it
-    Similarity,
+impl Chosen {
+    const AUTO: Self = Self::Found(By::Any);
+}
+
+impl Choice for Chosen {
+    const ALL: &'static [Self] = &[
+        Self::AUTO,
+        Self::VertexMap,
+        Self::Table,
+        Self::Found(By::Faces),
+        Self::Found(By::Topology),
+        Self::Found(By::Surface),
+    ];
+
+    fn name(self) -> &'static str {
+        match self {
+            Self::VertexMap => "vertex-map",
+            Self::Table => "table",
+            Self::Found(by) => by.name(),
+        }
+    }
+
+    fn summary(self) -> &'static str {
+        match self {
+            Self::AUTO => "The given vertex map or table, or else the first of the others that can",
+            Self::VertexMap => "The given vertex map",
+            Self::Table => "The given table",
+            Self::Found(by) => by.summary(),
+        }
+    }
 }
 
 /// A pair, and how it was linked.
@@ -96,15 +110,17 @@ fn share(text: &str) -> Result<f64, String> {
 impl Options {
     /// Refuses options that contradict each other.
     pub(super) fn check(&self) -> anyhow::Result<()> {
-        for (file, method, option, name) in [
-            (&self.vertex_map, Chosen::VertexMap, "vertex-map", "a vertex map"),
-            (&self.table, Chosen::Table, "table", "a table"),
+        for (file, method, name) in [
+            (&self.vertex_map, Chosen::VertexMap, "a vertex map"),
+            (&self.table, Chosen::Table, "a table"),
         ] {
+            // The option with the file is called as the method is.
+            let option = method.name();
             match file {
                 None if self.by == method => {
                     return Err(bad_input(format!("--by {option} needs --{option}")));
                 }
-                Some(_) if ![Chosen::Auto, method].contains(&self.by) => {
+                Some(_) if ![Chosen::AUTO, method].contains(&self.by) => {
                     let message = format!("--{option} is used only with --by {option} or auto");
                     return Err(bad_input(message));
                 }
@@ -154,16 +170,10 @@ impl Options {
     fn find_options(&self, meshes: [&Mesh; 2]) -> anyhow::Result<FindOptions> {
         let mut options = FindOptions::default();
         options.by = match self.by {
-            Chosen::Auto | Chosen::VertexMap | Chosen::Table => By::Any,
-            Chosen::Faces => By::Faces,
-            Chosen::Topology => By::Topology,
-            Chosen::Surface => By::Surface,
+            Chosen::Found(by) => by,
+            Chosen::VertexMap | Chosen::Table => By::Any,
         };
-        options.surface.align = match self.align {
-            AlignName::None => Align::None,
-            AlignName::Rigid => Align::Rigid,
-            AlignName::Similarity => Align::Similarity,
-        };
+        options.surface.align = self.align;
         options.surface.reach = self.reach;
         options.surface.visibility = self.visibility;
         if let [source, target] = &self.landmarks[..] {

@@ -10,10 +10,12 @@ use std::process::ExitCode;
 use std::sync::Arc;
 
 use anyhow::Context;
+use uvgraft::Choice;
 use uvgraft_io::image::Format;
 use uvgraft_io::pair_file;
 use uvgraft_pipeline::Outputs;
 
+use crate::choice::choice;
 use crate::failure::{bad_input, warn};
 use crate::{recognition, report};
 use outside::{Outside, warn_of_outside};
@@ -42,7 +44,7 @@ pub(crate) struct Args {
     #[command(flatten)]
     correspondence: correspondence::Options,
     /// What becomes of triangles with UV coordinates outside the unit square
-    #[arg(long, value_enum, value_name = "HOW", default_value_t = Outside::Unlinked)]
+    #[arg(long, value_name = "HOW", default_value = Outside::Unlinked.name(), value_parser = choice::<Outside>())]
     outside: Outside,
     /// Pair file to write
     #[arg(short, long, value_name = "OUT.uvpair")]

@@ -1,21 +1,26 @@
 //! What becomes of triangles whose UV coordinates lie outside the unit square.
 
-use uvgraft::{Mesh, Tile};
+use uvgraft::{Mesh, Tile, choices};
 use uvgraft_io::pair_file::PairFile;
 
 use crate::failure::{note, warn};
 use crate::report::grouped;
 
 /// What becomes of triangles outside the unit square.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, clap::ValueEnum)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Outside {
-    /// Link them in their UDIM tiles alone, never to a texture of the unit square
     Unlinked,
-    /// Clamp their UV coordinates to the unit square
     Clamp,
-    /// Move whole polygons into the unit square; leave those that cross its border unlinked
     Repeat,
 }
+
+choices!(Outside {
+    Unlinked => "unlinked",
+        "Link them in their UDIM tiles alone, never to a texture of the unit square";
+    Clamp => "clamp", "Clamp their UV coordinates to the unit square";
+    Repeat => "repeat",
+        "Move whole polygons into the unit square; leave those that cross its border unlinked";
+});
 
 impl Outside {
     /// Applies it to a mesh, and says to how many triangles.

@@ -7,15 +7,14 @@ use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
 use anyhow::Context;
-use clap::ValueEnum;
-use uvgraft::{Depth, Direction, MapOptions, Size, Texture};
+use uvgraft::{Choice, Depth, Direction, Filter, MapOptions, Side, Size, Texture, choices};
 use uvgraft_io::image::{self, Image, WriteOptions};
 use uvgraft_io::{output, pair_file};
 use uvgraft_metrics::{Colors, Mask};
 use uvgraft_pipeline::Outputs;
 
+use crate::choice::choice;
 use crate::failure::{OrBadInput, bad_input, warn};
-use crate::filters::FilterName;
 use crate::heading;
 use crate::heatmap;
 use crate::number::whole_number;
@@ -38,7 +37,7 @@ pub(crate) struct Args {
     /// Texture to transfer
     texture: PathBuf,
     /// Layout of the texture
-    #[arg(long, value_enum, value_name = "SIDE", default_value_t = Side::Target)]
+    #[arg(long, value_name = "SIDE", default_value = Side::Target.name(), value_parser = choice::<Side>())]
     #[arg(help_heading = heading::FILES)]
     from: Side,
     /// Folder for textures, heatmaps and reports
@@ -53,13 +52,13 @@ pub(crate) struct Args {
     /// Interpolation filters to compare, comma-separated
     #[arg(
         long,
-        value_enum,
+        value_parser = choice::<Filter>(),
         value_delimiter = ',',
-        default_value = "lanczos3",
+        default_value = Filter::default().name(),
         value_name = "LIST",
         help_heading = heading::SAMPLING
     )]
-    filter: Vec<FilterName>,
+    filter: Vec<Filter>,
     /// Width of the gutter around UV islands in the other layout, in texels
     #[arg(long, value_name = "TEXELS", default_value_t = MapOptions::default().gutter_px)]
     #[arg(value_parser = whole_number::<u32>(0..=256), allow_negative_numbers = true, help_heading = heading::SAMPLING)]
@@ -68,7 +67,8 @@ pub(crate) struct Args {
     #[arg(long, help_heading = heading::SAMPLING)]
     fit: bool,
     /// Earlier methods to compare with, comma-separated
-    #[arg(long, value_enum, value_delimiter = ',', value_name = "LIST", help_heading = heading::SAMPLING)]
+    #[arg(long, value_delimiter = ',', value_name = "LIST", help_heading = heading::SAMPLING)]
+    #[arg(value_parser = choice::<Baseline>())]
     baseline: Vec<Baseline>,
     #[command(flatten, next_help_heading = heading::REPORT)]
     metrics: MetricsOption,
@@ -83,21 +83,17 @@ pub(crate) struct Args {
     json: bool,
 }
 
-#[derive(Clone, Copy, PartialEq, Eq, ValueEnum)]
-enum Side {
-    /// Layout of the source mesh
-    Source,
-    /// Layout of the target mesh
-    Target,
-}
-
-#[derive(Clone, Copy, PartialEq, Eq, ValueEnum)]
+/// A method before ours.
+#[derive(Clone, Copy, PartialEq, Eq)]
 enum Baseline {
-    /// Sampling as in the published reference: aligned corners, truncated values
     Grid,
-    /// Affine warp per triangle with integer corners, then a median filter
     Affine,
 }
+
+choices!(Baseline {
+    Grid => "grid", "Sampling as in the published reference: aligned corners, truncated values";
+    Affine => "affine", "Affine warp per triangle with integer corners, then a median filter";
+});
 
 /// Longest side of a texture in either layout.
 const MAX_SIDE: u32 = 16_384;
@@ -105,9 +101,8 @@ const MAX_SIDE: u32 = 16_384;
 impl Args {
     /// The requested methods without duplicates, our own first.
     fn methods(&self) -> Vec<Method> {
-        let sampled = self.filter.iter().map(|&name| Method::Sampled(name.into()));
-        let fitted =
-            self.filter.iter().filter(|_| self.fit).map(|&name| Method::Fitted(name.into()));
+        let sampled = self.filter.iter().copied().map(Method::Sampled);
+        let fitted = self.filter.iter().copied().filter(|_| self.fit).map(Method::Fitted);
         let baselines = self.baseline.iter().map(|baseline| match baseline {
             Baseline::Grid => Method::Grid,
             Baseline::Affine => Method::Affine,
@@ -123,7 +118,7 @@ impl Args {
 }
 
 pub(crate) fn run(args: &Args) -> anyhow::Result<ExitCode> {
-    if args.fit && args.filter.contains(&FilterName::Nearest) {
+    if args.fit && args.filter.contains(&Filter::Nearest) {
         return Err(bad_input(
             "--fit cannot be used with --filter nearest, which does not blend texels",
         ));

@@ -7,7 +7,8 @@ use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
 use uvgraft::{
-    Averaging, Direction, FitOptions, MapOptions, NormalOptions, NormalY, Overlap, Size,
+    Averaging, Choice, Direction, Filter, FitOptions, MapOptions, NormalOptions, NormalY, Overlap,
+    Prefer, Size,
 };
 use uvgraft_assembly::drawing::check_name;
 use uvgraft_assembly::pair_picture;
@@ -18,14 +19,13 @@ use uvgraft_pipeline::{
 };
 
 use crate::blending::BlendArgs;
+use crate::choice::choice;
 use crate::failure::{bad_input, exit_code_of};
-use crate::filters::FilterName;
 use crate::heading;
 use crate::number::whole_number;
-use crate::preference::PreferName;
 use crate::region::RegionArgs;
 use crate::report::parse_size;
-use crate::role_file::{NormalYName, RoleFile};
+use crate::role_file::RoleFile;
 use progress::Progress;
 use rows::Rows;
 
@@ -81,8 +81,8 @@ pub(crate) struct Args {
     #[arg(long, value_name = "N|WxH", value_parser = parse_size, allow_negative_numbers = true, help_heading = heading::FILES)]
     size: Option<Size>,
     /// Interpolation filter [default: lanczos3; bilinear with --data]
-    #[arg(long, value_enum, help_heading = heading::SAMPLING)]
-    filter: Option<FilterName>,
+    #[arg(long, value_parser = choice::<Filter>(), help_heading = heading::SAMPLING)]
+    filter: Option<Filter>,
     /// Width of the gutter around UV islands, in texels
     ///
     /// The texture continues into the gutter, so that filtering and mip levels do not pick up the
@@ -93,12 +93,13 @@ pub(crate) struct Args {
     /// UV island that owns texels shared by several islands
     ///
     /// Matters for layouts with overlapping islands, such as two eyes that share one disc.
-    #[arg(long, value_enum, value_name = "ISLAND", default_value_t = PreferName::First)]
+    #[arg(long, value_name = "ISLAND", default_value = Prefer::First.name(), value_parser = choice::<Prefer>())]
     #[arg(help_heading = heading::SAMPLING)]
-    prefer: PreferName,
+    prefer: Prefer,
     /// How to combine overlapping UV islands
-    #[arg(long, value_enum, value_name = "MODE", default_value = "first", help_heading = heading::SAMPLING)]
-    overlap: OverlapName,
+    #[arg(long, value_name = "MODE", default_value = Overlap::First.name(), value_parser = choice::<Overlap>())]
+    #[arg(help_heading = heading::SAMPLING)]
+    overlap: Overlap,
     /// Average colours in linear light instead of as encoded
     #[arg(long, help_heading = heading::SAMPLING)]
     linear_light: bool,
@@ -130,12 +131,12 @@ pub(crate) struct Args {
     #[arg(help_heading = heading::MATERIALS)]
     maps: Vec<RoleFile>,
     /// Green channel convention of input normal maps
-    #[arg(long, value_enum, value_name = "CONVENTION", default_value = "opengl")]
+    #[arg(long, value_name = "CONVENTION", default_value = NormalY::OpenGl.name(), value_parser = choice::<NormalY>())]
     #[arg(help_heading = heading::MATERIALS)]
-    normal_y: NormalYName,
+    normal_y: NormalY,
     /// Green channel convention of the base and the result [default: as --normal-y]
-    #[arg(long, value_enum, value_name = "CONVENTION", help_heading = heading::MATERIALS)]
-    normal_y_out: Option<NormalYName>,
+    #[arg(long, value_name = "CONVENTION", value_parser = choice::<NormalY>(), help_heading = heading::MATERIALS)]
+    normal_y_out: Option<NormalY>,
     /// Read the textures from a list, one path per line, or - for standard input
     ///
     /// A UTF-8 text file. Relative paths are relative to the current directory. A line may name its
@@ -188,23 +189,6 @@ pub(crate) struct Args {
     #[arg(long, value_name = "1-100", default_value_t = 95, help_heading = heading::ENCODING)]
     #[arg(value_parser = whole_number::<u8>(1..=100), allow_negative_numbers = true)]
     quality: u8,
-}
-
-#[derive(Clone, Copy, PartialEq, Eq, clap::ValueEnum)]
-enum OverlapName {
-    /// Use the island selected by --prefer
-    First,
-    /// Average all overlapping islands
-    Average,
-}
-
-impl From<OverlapName> for Overlap {
-    fn from(name: OverlapName) -> Self {
-        match name {
-            OverlapName::First => Self::First,
-            OverlapName::Average => Self::Average,
-        }
-    }
 }
 
 /// Parses a number of bytes, with K, M, G or T for powers of 1024.
@@ -270,13 +254,12 @@ impl Args {
         let mut transfer = Transfer::by(correspondence, self.inputs()?, &self.output);
         transfer.direction = if self.reverse { Direction::Reverse } else { Direction::Forward };
         transfer.size = self.size;
-        transfer.filter = self.filter.map(Into::into);
-        transfer.map = MapOptions::with_gutter(self.gutter).prefer(self.prefer.into());
-        transfer.overlap = self.overlap.into();
+        transfer.filter = self.filter;
+        transfer.map = MapOptions::with_gutter(self.gutter).prefer(self.prefer);
+        transfer.overlap = self.overlap;
         transfer.averaging = if self.linear_light { Averaging::Light } else { Averaging::Encoded };
-        let normal_y = self.normal_y.into();
-        let normal_y_out = self.normal_y_out.map_or(normal_y, NormalY::from);
-        transfer.normals = NormalOptions::new(normal_y, normal_y_out);
+        let normal_y_out = self.normal_y_out.unwrap_or(self.normal_y);
+        transfer.normals = NormalOptions::new(self.normal_y, normal_y_out);
         transfer.fit = self.fit.then(|| FitOptions::default().max_steps(self.fit_steps));
         transfer.region = self.region.region();
         transfer.blending = self.blending.blending_if_any(&transfer.region, self.gutter);

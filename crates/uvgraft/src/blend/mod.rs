@@ -51,7 +51,9 @@ use field::{Slope, slopes};
 use harmonic::Harmonic;
 pub use report::ToneReport;
 use rim::Rim;
-pub use selection::{BlendDomain, Growth, RegionError, Selection, Side};
+pub use selection::{BlendDomain, Growth, RegionError, Selection};
+
+pub use crate::pair::Side;
 use skin_mask::SkinMask;
 use tone::Matrix;
 use toning::{BaseSkin, Recolor};

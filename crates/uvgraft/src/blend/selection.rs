@@ -7,7 +7,7 @@ use glam::DVec3;
 use crate::anatomy::Anatomy;
 use crate::labels::{BodyLayout, HeadLayout, LabelError, Labels};
 use crate::mesh::Mesh;
-use crate::pair::{Direction, Pair};
+use crate::pair::{Direction, Pair, Side};
 use crate::piece::{FacePieces, Weights, mixed, wide};
 use crate::surface::Surface;
 use crate::texture::Texture;
@@ -15,15 +15,6 @@ use crate::threads::join;
 
 use super::geodesic;
 use super::painted::{self, MaskUv};
-
-/// One of a pair's two meshes.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
-pub enum Side {
-    /// The pair's source, [`Pair::source`].
-    Source,
-    /// The pair's target, [`Pair::target`].
-    Target,
-}
 
 /// Why a region was refused.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]

@@ -21,6 +21,13 @@ pub enum By {
     Surface,
 }
 
+crate::choices!(By {
+    Any => "auto", "The first of the others that can";
+    Faces => "faces", "Faces with the same vertex indices or in the same order";
+    Topology => "topology", "The connectivity of one mesh, found in the other";
+    Surface => "surface", "Surfaces that lie over each other after registration";
+});
+
 /// Settings of [`find`].
 #[derive(Debug, Clone, PartialEq, Default)]
 #[non_exhaustive]
@@ -42,6 +49,17 @@ pub enum Method {
     Topology(TopologyReport),
     /// The target was registered to the source.
     Surface(SurfaceReport),
+}
+
+impl Method {
+    /// The choice of this method alone.
+    pub const fn by(&self) -> By {
+        match self {
+            Self::Faces(_) => By::Faces,
+            Self::Topology(_) => By::Topology,
+            Self::Surface(_) => By::Surface,
+        }
+    }
 }
 
 /// Why a method did not link the meshes.

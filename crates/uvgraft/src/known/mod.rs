@@ -8,7 +8,7 @@ mod pairing;
 mod recognise;
 mod table;
 
-pub use self::pairing::{PairingWarning, Side, pairing_warnings};
+pub use self::pairing::{PairingWarning, pairing_warnings};
 pub use self::recognise::{Certainty, LayoutMatch, MeshMatch, Recognition, recognise};
 pub use self::table::MESHES;
 

@@ -2,16 +2,7 @@
 
 use super::{Certainty, KnownLayout, LayoutMatch, MeshMatch, Recognition};
 use crate::mesh::{Mesh, TileFaces};
-
-/// A side of a pair.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
-#[cfg_attr(feature = "serde", derive(serde::Serialize), serde(rename_all = "kebab-case"))]
-pub enum Side {
-    /// The mesh that textures are taken from.
-    Source,
-    /// The mesh that textures are carried to.
-    Target,
-}
+use crate::pair::Side;
 
 /// Something about a pair that one should know before textures are carried.
 #[derive(Debug, Clone, PartialEq, Eq)]

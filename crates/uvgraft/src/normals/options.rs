@@ -2,7 +2,6 @@
 
 /// The direction of a normal map's green channel.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default)]
-#[cfg_attr(feature = "serde", derive(serde::Serialize), serde(rename_all = "lowercase"))]
 pub enum NormalY {
     /// Bright green points to the top of the image ("+Y"): OpenGL, glTF, Blender, Unity.
     #[default]
@@ -15,6 +14,8 @@ crate::choices!(NormalY {
     OpenGl => "opengl", "Y up, as in OpenGL, glTF, Unity and Blender";
     DirectX => "directx", "Y down, as in DirectX and Unreal";
 });
+#[cfg(feature = "serde")]
+crate::choice::serialize_by_name!(NormalY);
 
 /// The conventions of the source and target normal maps.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Hash)]

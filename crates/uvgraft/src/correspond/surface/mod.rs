@@ -28,7 +28,6 @@ use crate::triangle_tree::Bounds;
 
 /// How the target is brought into the source's place.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
-#[cfg_attr(feature = "serde", derive(serde::Serialize), serde(rename_all = "snake_case"))]
 pub enum Align {
     /// Not at all: the meshes lie over each other as they are.
     None,
@@ -38,6 +37,14 @@ pub enum Align {
     #[default]
     Similarity,
 }
+
+crate::choices!(Align {
+    None => "none", "Leave it where it is";
+    Rigid => "rigid", "Rotate and move it";
+    Similarity => "similarity", "Rotate, move and scale it";
+});
+#[cfg(feature = "serde")]
+crate::choice::serialize_by_name!(Align);
 
 /// Settings of the registration.
 #[derive(Debug, Clone, PartialEq)]
