@@ -41,13 +41,14 @@ impl Display for Report {
         for (name, value) in &self.rows {
             writeln!(f, "{name:<14} {}", inline(value))?;
         }
-        f.write_str(&escaped(&self.below, |character| character != '\n' && is_unsafe(character)))
+        let is_escaped = |character| character != '\n' && is_unsafe(character);
+        f.write_str(&escaped(&self.below, is_escaped, rust_escape))
     }
 }
 
 /// A name on a line of a report: without line breaks and other control characters.
 pub fn inline(name: &str) -> Cow<'_, str> {
-    escaped(name, is_unsafe)
+    escaped(name, is_unsafe, rust_escape)
 }
 
 /// Whether a character may change what a terminal shows: control characters, and those that change
@@ -60,15 +61,24 @@ pub fn is_unsafe(character: char) -> bool {
     (character.is_control() && character != '\t') || changes_text
 }
 
-/// A text in which some characters are Rust's escapes, such as `\u{1b}`.
-pub fn escaped(text: &str, is_escaped: impl Fn(char) -> bool) -> Cow<'_, str> {
+/// A character as Rust escapes it, such as `\u{1b}`.
+pub fn rust_escape(character: char) -> String {
+    character.escape_default().to_string()
+}
+
+/// A text in which some characters are escapes.
+pub fn escaped(
+    text: &str,
+    is_escaped: impl Fn(char) -> bool,
+    escape: impl Fn(char) -> String,
+) -> Cow<'_, str> {
     if !text.chars().any(&is_escaped) {
         return text.into();
     }
     let mut safe = String::with_capacity(text.len() + 8);
     for character in text.chars() {
         if is_escaped(character) {
-            safe.extend(character.escape_default());
+            safe += &escape(character);
         } else {
             safe.push(character);
         }

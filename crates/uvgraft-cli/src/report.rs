@@ -10,6 +10,8 @@ use uvgraft::report::{LayoutReport, Percentiles};
 use uvgraft::{PairReport, Recognition, Size, Tile, correspond, recognise};
 use uvgraft_io::pair_file::{PairFile, layout_fingerprint};
 
+pub(crate) use uvgraft_assembly::report::grouped;
+
 use crate::{recognition, terminal};
 
 /// Texture sizes that a report's texel counts and densities are for.
@@ -347,19 +349,6 @@ fn short(name: &str) -> String {
     name.chars().take(LENGTH - 1).chain(['…']).collect()
 }
 
-/// A number with its digits in groups of three.
-pub(crate) fn grouped(count: usize) -> String {
-    let digits = count.to_string();
-    let mut text = String::new();
-    for (index, digit) in digits.chars().enumerate() {
-        if index > 0 && (digits.len() - index).is_multiple_of(3) {
-            text.push(',');
-        }
-        text.push(digit);
-    }
-    text
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -371,12 +360,5 @@ mod tests {
         for bad in ["", "0", "x", "12x", "1x0", "-3", "40000", "3.5"] {
             assert!(parse_size(bad).is_err(), "{bad}");
         }
-    }
-
-    #[test]
-    fn digits_in_threes() {
-        assert_eq!(grouped(7), "7");
-        assert_eq!(grouped(999), "999");
-        assert_eq!(grouped(1_234_567), "1,234,567");
     }
 }

@@ -4,13 +4,14 @@
 //! made to show something else, or to type. They are printed as escapes, such as `\u{1b}`, wherever
 //! the output goes.
 
-use std::borrow::Cow;
-use std::fmt::{Display, Write as _};
+use std::fmt::Display;
 use std::io::{self, Write as _};
 use std::path::Path;
 
 use anyhow::Context;
 use serde::Serialize;
+pub(crate) use uvgraft_assembly::report::inline;
+use uvgraft_assembly::report::{escaped, is_unsafe, rust_escape};
 
 use crate::interruption::wait_if_interrupted;
 
@@ -33,11 +34,6 @@ pub(crate) fn json(document: &impl Serialize) -> anyhow::Result<String> {
     let is_escaped = |character| character != '\n' && is_unsafe(character);
     Ok(escaped(&text, is_escaped, |character| format!("\\u{:04x}", u32::from(character)))
         .into_owned())
-}
-
-/// A name on a line of a result: without line breaks.
-pub(crate) fn inline(name: &str) -> Cow<'_, str> {
-    escaped(name, is_unsafe, rust_escape)
 }
 
 /// A path on a line of a result.
@@ -65,39 +61,6 @@ fn to_stdout(text: &str) -> anyhow::Result<()> {
         Err(error) if error.kind() == io::ErrorKind::BrokenPipe => Ok(()),
         result => result.context("cannot print the result"),
     }
-}
-
-/// Whether a character may change what a terminal shows: control characters, and those that change
-/// the direction of text or break lines.
-fn is_unsafe(character: char) -> bool {
-    let changes_text = matches!(
-        character,
-        '\u{200e}' | '\u{200f}' | '\u{2028}'..='\u{202e}' | '\u{2066}'..='\u{2069}' | '\u{61c}'
-    );
-    (character.is_control() && character != '\t') || changes_text
-}
-
-fn rust_escape(character: char) -> String {
-    character.escape_default().to_string()
-}
-
-fn escaped(
-    text: &str,
-    is_escaped: impl Fn(char) -> bool,
-    escape: impl Fn(char) -> String,
-) -> Cow<'_, str> {
-    if !text.chars().any(&is_escaped) {
-        return text.into();
-    }
-    let mut safe = String::with_capacity(text.len() + 8);
-    for character in text.chars() {
-        let _ = if is_escaped(character) {
-            safe.write_str(&escape(character))
-        } else {
-            safe.write_char(character)
-        };
-    }
-    safe.into()
 }
 
 #[cfg(test)]
