@@ -1,20 +1,28 @@
 //! Arguments that are more than a type: names, sizes, sides.
 
 use pyo3::prelude::*;
-use uvgraft::blend::Side;
-use uvgraft::{
-    Content, Direction, Encoding, Filter, NormalOptions, NormalY, Overlap, Prefer, Size, Tone,
-};
+use uvgraft::{Choice, Content, Direction, Encoding, NormalOptions, NormalY, Size};
 
 use crate::error::{bad_type, bad_value};
 
-/// The value that goes with a name.
+/// The choice of a name.
 ///
 /// # Errors
 /// `ValueError` with all names.
-pub(crate) fn chosen<T: Copy>(what: &str, name: &str, choices: &[(&str, T)]) -> PyResult<T> {
-    choices.iter().find(|(known, _)| *known == name).map(|&(_, value)| value).ok_or_else(|| {
-        let names: Vec<String> = choices.iter().map(|(name, _)| format!("{name:?}")).collect();
+pub(crate) fn chosen<T: Choice>(what: &str, name: &str) -> PyResult<T> {
+    chosen_of(what, name, T::ALL)
+}
+
+/// As [`chosen`], of some values alone.
+pub(crate) fn chosen_of<T: Choice>(what: &str, name: &str, values: &[T]) -> PyResult<T> {
+    let named: Vec<(&str, T)> = values.iter().map(|&value| (value.name(), value)).collect();
+    chosen_from(what, name, &named)
+}
+
+/// As [`chosen`], for values that are no choice elsewhere.
+pub(crate) fn chosen_from<T: Copy>(what: &str, name: &str, named: &[(&str, T)]) -> PyResult<T> {
+    named.iter().find(|(known, _)| *known == name).map(|&(_, value)| value).ok_or_else(|| {
+        let names: Vec<String> = named.iter().map(|(name, _)| format!("{name:?}")).collect();
         bad_value(format_args!("{what} must be {}, got {name:?}", listed(&names)))
     })
 }
@@ -28,65 +36,21 @@ fn listed(names: &[String]) -> String {
     }
 }
 
-pub(crate) fn filter(name: &str) -> PyResult<Filter> {
-    let choices = [
-        ("nearest", Filter::Nearest),
-        ("bilinear", Filter::Bilinear),
-        ("catmull-rom", Filter::CatmullRom),
-        ("lanczos3", Filter::Lanczos3),
-    ];
-    chosen("filter", name, &choices)
-}
-
-/// The name of a filter.
-pub(crate) fn filter_name(filter: Filter) -> &'static str {
-    match filter {
-        Filter::Nearest => "nearest",
-        Filter::Bilinear => "bilinear",
-        Filter::CatmullRom => "catmull-rom",
-        _ => "lanczos3",
-    }
-}
+/// The encodings that colours in arrays may have.
+pub(crate) const COLOR_ENCODINGS: &[Encoding] = &[Encoding::Srgb, Encoding::Linear];
 
 /// The encoding of colours in arrays.
 pub(crate) fn color_encoding(name: &str) -> PyResult<Encoding> {
-    chosen("encoding", name, &[("srgb", Encoding::Srgb), ("linear", Encoding::Linear)])
-}
-
-pub(crate) fn prefer(name: &str) -> PyResult<Prefer> {
-    let choices = [("first", Prefer::First), ("left", Prefer::Left), ("right", Prefer::Right)];
-    chosen("prefer", name, &choices)
-}
-
-pub(crate) fn overlap(name: &str) -> PyResult<Overlap> {
-    chosen("overlap", name, &[("first", Overlap::First), ("average", Overlap::Average)])
-}
-
-pub(crate) fn tone(name: &str) -> PyResult<Option<Tone>> {
-    let choices = [
-        ("base", Some(Tone::Base)),
-        ("source", Some(Tone::Source)),
-        ("both", Some(Tone::Both)),
-        ("none", None),
-    ];
-    chosen("tone", name, &choices)
-}
-
-pub(crate) fn side(name: &str) -> PyResult<Side> {
-    chosen("side", name, &[("source", Side::Source), ("target", Side::Target)])
-}
-
-fn normal_y(what: &str, name: &str) -> PyResult<NormalY> {
-    chosen(what, name, &[("opengl", NormalY::OpenGl), ("directx", NormalY::DirectX)])
+    chosen_of("encoding", name, COLOR_ENCODINGS)
 }
 
 /// What textures hold; the conventions are those of normal maps.
 pub(crate) fn content(name: &str, from: &str, to: Option<&str>) -> PyResult<Content> {
-    let source = normal_y("normal_y", from)?;
-    let target = to.map_or(Ok(source), |name| normal_y("normal_y_out", name))?;
+    let source: NormalY = chosen("normal_y", from)?;
+    let target = to.map_or(Ok(source), |name| chosen("normal_y_out", name))?;
     let normals = Content::Normals(NormalOptions::new(source, target));
     let choices = [("color", Content::Color), ("data", Content::Data), ("normals", normals)];
-    chosen("content", name, &choices)
+    chosen_from("content", name, &choices)
 }
 
 pub(crate) const fn direction(reverse: bool) -> Direction {

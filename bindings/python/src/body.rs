@@ -11,7 +11,7 @@ use uvgraft_avatar::body::{BodyError, Gender, ModelFile, ReadOptions, Shape, Sha
 use uvgraft_avatar::rig::{Pose, RigError};
 use uvgraft_io::model_mesh;
 
-use crate::arguments::chosen;
+use crate::arguments::chosen_from;
 use crate::arrays::{numbers, shape_text, shaped};
 use crate::error::{bad_value, failed, of_reading};
 use crate::mesh::Mesh;
@@ -412,7 +412,7 @@ impl BodyModel {
 }
 
 fn hand(side: &str) -> PyResult<Side> {
-    chosen("side", side, &[("left", Side::Left), ("right", Side::Right)])
+    chosen_from("side", side, &[("left", Side::Left), ("right", Side::Right)])
 }
 
 /// Bodies in the parameters of a model. Lists have a single item for all frames, or one for each.

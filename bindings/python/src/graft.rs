@@ -7,12 +7,13 @@ use pyo3::intern;
 use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyTuple};
 use uvgraft::{
-    Averaging, Blend, BlendDomain, BlendOptions, Content, Direction, Encoding, Filter, FitOptions,
-    FitProgress, FitSummary, Graft as CoreGraft, Labels, MapOptions, Overlap, Overlay,
-    Pair as CorePair, Size, Sizes, TexelFormat, Texture, ToneCorrection,
+    Averaging, Blend, BlendDomain, BlendOptions, Choice, Content, Direction, Encoding, Filter,
+    FitOptions, FitProgress, FitSummary, Graft as CoreGraft, Labels, MapOptions, NormalY, Overlap,
+    Overlay, Pair as CorePair, Prefer, Size, Sizes, TexelFormat, Texture, Tone, ToneCorrection,
 };
+use uvgraft_pipeline::{BlendMode, ToneSide};
 
-use crate::arguments::{self, chosen, direction, filter, filter_name, overlap, tone};
+use crate::arguments::{self, chosen, direction};
 use crate::arrays::{GivenTexture, OutArray, array, copy, depth_of, shape, texture};
 use crate::base::Base;
 use crate::error::{bad_value, failed, of_graft, warn};
@@ -434,7 +435,7 @@ impl Graft {
     /// The interpolation filter.
     #[getter]
     fn filter(&self) -> &'static str {
-        filter_name(self.settings.filter)
+        self.settings.filter.name()
     }
 
     fn __repr__(&self, py: Python<'_>) -> PyResult<String> {
@@ -715,6 +716,13 @@ impl<'py> Options<'py> {
         }
     }
 
+    fn choice<T: Choice>(&self, name: &str, default: T) -> PyResult<T> {
+        match self.get(name)? {
+            Some(value) => chosen(name, &value.extract::<String>()?),
+            None => Ok(default),
+        }
+    }
+
     fn flag(&self, name: &str) -> PyResult<bool> {
         self.get(name)?.map_or(Ok(false), |value| value.extract())
     }
@@ -725,25 +733,28 @@ impl<'py> Options<'py> {
         let normal_y_out: Option<String> = normal_y_out;
         let content = arguments::content(
             &self.text("content", "color")?,
-            &self.text("normal_y", "opengl")?,
+            &self.text("normal_y", NormalY::OpenGl.name())?,
             normal_y_out.as_deref(),
         )?;
-        let default_filter = if content == Content::Color { "lanczos3" } else { "bilinear" };
+        let default_filter = match content {
+            Content::Color => Filter::default(),
+            _ => Filter::Bilinear,
+        };
         let gutter = self.get("gutter")?.map_or(Ok(16), |value| value.extract())?;
         let threads = self.get("threads")?.map(|value| value.extract()).transpose()?;
         let threads = threads::checked(threads)?;
         let mut settings = Settings {
             pair: Arc::clone(&pair.get().file.pair),
             direction: direction(self.flag("reverse")?),
-            filter: filter(&self.text("filter", default_filter)?)?,
-            map: map::options(gutter, &self.text("prefer", "first")?)?,
-            overlap: overlap(&self.text("overlap", "first")?)?,
+            filter: self.choice("filter", default_filter)?,
+            map: map::options(gutter, self.choice("prefer", Prefer::First)?)?,
+            overlap: self.choice("overlap", Overlap::First)?,
             averaging: match self.flag("linear_light")? {
                 true => Averaging::Light,
                 false => Averaging::Encoded,
             },
             content,
-            encoding: arguments::color_encoding(&self.text("encoding", "srgb")?)?,
+            encoding: arguments::color_encoding(&self.text("encoding", Encoding::Srgb.name())?)?,
             blend: None,
         };
         settings.blend = self.blend(py, &settings, gutter, threads)?;
@@ -763,11 +774,11 @@ impl<'py> Options<'py> {
         let region = self.get("region")?;
         let feather: Option<f64> = self.get("feather")?.map(|value| value.extract()).transpose()?;
         let is_feathered = feather.is_some();
-        let mode = self.text("blend", if is_feathered { "feather" } else { "none" })?;
-        chosen("blend", &mode, &[("none", ()), ("feather", ()), ("membrane", ())])?;
+        let default = if is_feathered { BlendMode::Feather } else { BlendMode::None };
+        let mode = self.choice("blend", default)?;
         let is_matched = self.flag("match_skin")?;
-        if region.is_none() && mode == "none" && !is_matched {
-            let tone = self.text("tone", "base")? != "base";
+        if region.is_none() && mode == BlendMode::None && !is_matched {
+            let tone = self.text("tone", ToneSide::Base.name())? != ToneSide::Base.name();
             let given = |name| self.get(name).map(|value| value.is_some());
             for (is_asked, name) in [
                 (tone, "tone"),
@@ -782,16 +793,16 @@ impl<'py> Options<'py> {
             }
             return Ok(None);
         }
-        let default = if mode == "none" { 0.0 } else { FEATHER_M };
+        let default = if mode == BlendMode::None { 0.0 } else { FEATHER_M };
         let feather = feather.unwrap_or(default);
         if !(0.0..=1e9).contains(&feather) {
             return Err(bad_value(format_args!("feather must not be negative, got {feather}")));
         }
-        let tone = tone(&self.text("tone", "base")?)?;
+        let tone: Option<Tone> = self.choice("tone", ToneSide::Base)?.into();
         let mut options = BlendOptions::default().feather(feather).gutter_px(gutter);
         if let Some(tone) = tone {
             options = options.tone(tone);
-            options = if mode == "membrane" { options.membrane() } else { options };
+            options = if mode == BlendMode::Membrane { options.membrane() } else { options };
             options = if is_matched { options.match_skin() } else { options };
         }
         options = if self.flag("keep_all")? { options.keep_all() } else { options };

@@ -3,7 +3,6 @@
 use std::path::PathBuf;
 
 use pyo3::prelude::*;
-use uvgraft::Encoding;
 use uvgraft_io::image::{self, WriteError, WriteOptions};
 
 use crate::arrays::{array, texture};
@@ -69,9 +68,7 @@ pub(crate) fn write_image(
     compress: bool,
     quality: u8,
 ) -> PyResult<()> {
-    let encodings =
-        [("srgb", Encoding::Srgb), ("linear", Encoding::Linear), ("data", Encoding::Data)];
-    let encoding = crate::arguments::chosen("encoding", encoding, &encodings)?;
+    let encoding = crate::arguments::chosen("encoding", encoding)?;
     if !(1..=100).contains(&quality) {
         return Err(bad_value(format_args!("quality must be from 1 to 100, got {quality}")));
     }

@@ -13,6 +13,7 @@ mod arguments;
 mod arrays;
 mod base;
 mod body;
+mod choices;
 mod command;
 mod error;
 mod file_transfer;
@@ -73,5 +74,6 @@ fn _uvgraft(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add_function(wrap_pyfunction!(set_threads, module)?)?;
     module.add_function(wrap_pyfunction!(get_threads, module)?)?;
     module.add_function(wrap_pyfunction!(command::run_command, module)?)?;
+    module.add_function(wrap_pyfunction!(choices::choices, module)?)?;
     Ok(())
 }

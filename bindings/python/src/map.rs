@@ -5,9 +5,9 @@ use std::sync::Arc;
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 use uvgraft::threads::for_each_chunk;
-use uvgraft::{MapOptions, SamplingMap as CoreMap, Size};
+use uvgraft::{MapOptions, Prefer, SamplingMap as CoreMap, Size};
 
-use crate::arguments::{direction, prefer, size};
+use crate::arguments::{chosen, direction, size};
 use crate::arrays::{array, shaped};
 use crate::error::bad_value;
 use crate::pair::Pair;
@@ -51,7 +51,7 @@ impl SamplingMap {
         threads: Option<i64>,
     ) -> PyResult<Self> {
         let size = crate::arguments::size("size", size)?;
-        let options = options(gutter, prefer)?;
+        let options = options(gutter, chosen("prefer", prefer)?)?;
         let threads = threads::checked(threads)?;
         let pair = Arc::clone(&pair.file.pair);
         let map =
@@ -229,9 +229,9 @@ impl SamplingMap {
 }
 
 /// Options of a map.
-pub(crate) fn options(gutter: u32, prefer_name: &str) -> PyResult<MapOptions> {
+pub(crate) fn options(gutter: u32, prefer: Prefer) -> PyResult<MapOptions> {
     if gutter > 256 {
         return Err(bad_value(format_args!("gutter must be from 0 to 256 texels, got {gutter}")));
     }
-    Ok(MapOptions::with_gutter(gutter).prefer(prefer(prefer_name)?))
+    Ok(MapOptions::with_gutter(gutter).prefer(prefer))
 }

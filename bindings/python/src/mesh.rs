@@ -8,7 +8,7 @@ use pyo3::types::PyTuple;
 use uvgraft::Mesh as CoreMesh;
 use uvgraft_assembly::mesh_file;
 
-use crate::arguments::chosen;
+use crate::arguments::chosen_from;
 use crate::arrays::{rows, shaped};
 use crate::error::{bad_value, failed, of_any_file};
 
@@ -55,7 +55,7 @@ impl Mesh {
         name: &str,
     ) -> PyResult<Self> {
         let is_v_up =
-            chosen("uv_origin", uv_origin, &[("top-left", false), ("bottom-left", true)])?;
+            chosen_from("uv_origin", uv_origin, &[("top-left", false), ("bottom-left", true)])?;
         let positions = rows::<f32, 3>(positions, "positions", "float32")?;
         let mut uv = rows::<f32, 2>(uv, "uv", "float32")?;
         if is_v_up {

@@ -6,51 +6,20 @@ use std::sync::Arc;
 use numpy::{PyArrayDescrMethods, PyUntypedArray, PyUntypedArrayMethods};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
-use uvgraft::{Encoding, Size};
-use uvgraft_metrics::lpips::{Lpips, LpipsNetwork};
-use uvgraft_metrics::{self as metrics, Colors, Mask, MetricError};
+use uvgraft::{Choice, Encoding, Size};
+use uvgraft_metrics::lpips::Lpips;
+use uvgraft_metrics::{self as metrics, Colors, Mask, Measure, Metric};
 
-use crate::arguments::{chosen, color_encoding};
+use crate::arguments::{chosen, chosen_from, color_encoding};
 use crate::arrays::texture;
 use crate::error::{bad_type, bad_value, failed};
 use crate::lpips_weights;
 use crate::threads;
 
-/// A metric that is a formula.
-type Measure = fn(&Colors, &Colors, Option<&Mask>) -> Result<f64, MetricError>;
-
 const NO_FLIP: &str = "this build of uvgraft lacks the feature `flip`";
 
 const NO_WEIGHTS: &str = "LPIPS needs weights: import them by `uvgraft weights import` (see \
                           `uvgraft weights --help`), or give the path of a weights file as weights";
-
-#[derive(Clone, Copy)]
-enum Metric {
-    Formula(Measure),
-    Lpips(LpipsNetwork),
-    /// FLIP in a build without it.
-    #[cfg_attr(feature = "flip", expect(dead_code, reason = "only made without the feature"))]
-    Missing,
-}
-
-#[cfg(feature = "flip")]
-const FLIP: Metric = Metric::Formula(metrics::flip);
-#[cfg(not(feature = "flip"))]
-const FLIP: Metric = Metric::Missing;
-
-/// The metrics by their names in the command, in its order.
-const METRICS: [(&str, Metric); 8] = [
-    ("l1", Metric::Formula(metrics::l1)),
-    ("psnr", Metric::Formula(metrics::psnr)),
-    ("ssim", Metric::Formula(metrics::ssim)),
-    ("ssim-uniform", Metric::Formula(metrics::ssim_uniform)),
-    ("ssimulacra2", Metric::Formula(metrics::ssimulacra2)),
-    ("flip", FLIP),
-    ("lpips-alex", Metric::Lpips(LpipsNetwork::Alex)),
-    // Takes minutes on large textures, so it runs only when named.
-    (SLOW, Metric::Lpips(LpipsNetwork::Vgg)),
-];
-const SLOW: &str = "lpips-vgg";
 
 /// Two textures, and what of them is compared.
 struct Compared {
@@ -245,7 +214,7 @@ pub(crate) fn ssim(
 ) -> PyResult<f64> {
     let windows: [(&str, Measure); 2] =
         [("gaussian", metrics::ssim), ("uniform", metrics::ssim_uniform)];
-    let measure = chosen("window", window, &windows)?;
+    let measure = chosen_from("window", window, &windows)?;
     let options = Options { mask, encoding, threads };
     Compared::new(reference, test, &options)?.by_formula(py, measure)
 }
@@ -319,7 +288,7 @@ pub(crate) fn flip(
     encoding: &str,
     threads: Option<i64>,
 ) -> PyResult<f64> {
-    let Metric::Formula(measure) = FLIP else { return Err(failed(NO_FLIP)) };
+    let Some(measure) = Metric::Flip.measure() else { return Err(failed(NO_FLIP)) };
     let options = Options { mask, encoding, threads };
     Compared::new(reference, test, &options)?.by_formula(py, measure)
 }
@@ -367,8 +336,7 @@ pub(crate) fn lpips(
     encoding: &str,
     threads: Option<i64>,
 ) -> PyResult<f64> {
-    let networks = [("alex", LpipsNetwork::Alex), ("vgg", LpipsNetwork::Vgg)];
-    let network = chosen("network", network, &networks)?;
+    let network = chosen("network", network)?;
     let options = Options { mask, encoding, threads };
     let compared = Compared::new(reference, test, &options)?;
     let network = lpips_weights::read(py, network, weights.as_deref())?;
@@ -420,13 +388,13 @@ pub(crate) fn compare<'py>(
     let options = Options { mask, encoding, threads };
     let compared = Compared::new(reference, test, &options)?;
     let values = PyDict::new(py);
-    for (name, ready) in networks {
+    for (metric, ready) in networks {
         let value = match &ready {
             Ready::Formula(measure) => compared.by_formula(py, *measure),
             Ready::Lpips(network) => compared.by_network(py, network),
         };
         match value {
-            Ok(value) => values.set_item(name, value)?,
+            Ok(value) => values.set_item(metric.name(), value)?,
             Err(error) if selection.is_named || !is_of_value(py, &error) => return Err(error),
             Err(_) => {}
         }
@@ -438,9 +406,9 @@ fn is_of_value(py: Python<'_>, error: &PyErr) -> bool {
     error.is_instance_of::<pyo3::exceptions::PyValueError>(py)
 }
 
-/// Metrics to compute, in the order of [`METRICS`].
+/// Metrics to compute, in the order of [`Metric::ALL`].
 struct Selection {
-    metrics: Vec<(&'static str, Metric)>,
+    metrics: Vec<Metric>,
     /// Whether they were named, so that one that cannot be computed is an error.
     is_named: bool,
 }
@@ -453,11 +421,11 @@ enum Ready {
 
 impl Selection {
     fn new(given: Option<&Bound<'_, PyAny>>) -> PyResult<Self> {
-        let of = |is_chosen: &dyn Fn(&str) -> bool, is_named| {
-            let metrics = METRICS.into_iter().filter(|(name, _)| is_chosen(name)).collect();
-            Ok(Self { metrics, is_named })
+        let of = |is_chosen: &dyn Fn(Metric) -> bool, is_named| {
+            let metrics = Metric::ALL.iter().copied().filter(|metric| is_chosen(*metric));
+            Ok(Self { metrics: metrics.collect(), is_named })
         };
-        let Some(given) = given else { return of(&|name| name != SLOW, false) };
+        let Some(given) = given else { return of(&|metric| !metric.is_slow(), false) };
         let names: Vec<String> = match given.extract::<String>() {
             Ok(name) => vec![name],
             Err(_) => given
@@ -468,10 +436,9 @@ impl Selection {
         if names.iter().any(|name| name == "all") {
             return of(&|_| true, false);
         }
-        for name in &names {
-            chosen("metrics", name, &METRICS)?;
-        }
-        of(&|known| names.iter().any(|name| name == known), true)
+        let named: Vec<Metric> =
+            names.iter().map(|name| chosen("metrics", name)).collect::<PyResult<_>>()?;
+        of(&|metric| named.contains(&metric), true)
     }
 
     /// Loads what the metrics need.
@@ -479,20 +446,20 @@ impl Selection {
         &self,
         py: Python<'_>,
         weights: Option<&std::path::Path>,
-    ) -> PyResult<Vec<(&'static str, Ready)>> {
+    ) -> PyResult<Vec<(Metric, Ready)>> {
         let mut all = Vec::new();
-        for &(name, metric) in &self.metrics {
-            let ready = match metric {
-                Metric::Formula(measure) => Ok(Ready::Formula(measure)),
-                Metric::Lpips(network) => {
+        for &metric in &self.metrics {
+            let ready = match (metric.measure(), metric.network()) {
+                (Some(measure), _) => Ok(Ready::Formula(measure)),
+                (None, Some(network)) => {
                     lpips_weights::read(py, network, weights)?.map(Ready::Lpips).ok_or(NO_WEIGHTS)
                 }
-                Metric::Missing => Err(NO_FLIP),
+                (None, None) => Err(NO_FLIP),
             };
             match ready {
-                Ok(ready) => all.push((name, ready)),
+                Ok(ready) => all.push((metric, ready)),
                 Err(reason) if self.is_named => {
-                    return Err(failed(format_args!("{name}: {reason}")));
+                    return Err(failed(format_args!("{}: {reason}", metric.name())));
                 }
                 Err(_) => {}
             }

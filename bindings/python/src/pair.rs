@@ -5,9 +5,8 @@ use std::sync::Arc;
 
 use pyo3::prelude::*;
 use pyo3::types::{PyBytes, PyTuple};
-use uvgraft::correspond::surface::Align;
-use uvgraft::correspond::{self, By, FindOptions, Method};
-use uvgraft::{LinkError, Mesh as CoreMesh, Pair as CorePair};
+use uvgraft::correspond::{self, By, FindOptions};
+use uvgraft::{Choice, LinkError, Mesh as CoreMesh, Pair as CorePair};
 use uvgraft_assembly::mesh_file;
 use uvgraft_io::pair_file::{self, PairFile};
 use uvgraft_io::vertex_map;
@@ -17,6 +16,9 @@ use crate::arrays::{numbers, rows, shape_text};
 use crate::error::{bad_type, bad_value, failed, of_any_file, of_file, of_reading};
 use crate::mesh::Mesh;
 use crate::threads;
+
+/// The method of a pair by a given vertex map.
+pub(crate) const VERTEX_MAP: &str = "vertex-map";
 
 /// Two meshes and the parts of their triangles that correspond.
 ///
@@ -86,16 +88,14 @@ impl Pair {
         let (source, source_name) = mesh(source, "source")?;
         let (target, target_name) = mesh(target, "target")?;
         let ids = vertex_map.map(read_vertex_map).transpose()?;
-        if ids.is_some() && !["auto", "vertex-map"].contains(&by) {
+        if ids.is_some() && ![By::Any.name(), VERTEX_MAP].contains(&by) {
             return Err(bad_value(format_args!(
                 "vertex_map is used only with by=\"vertex-map\" or \"auto\", got {by:?}"
             )));
         }
         let mut options = FindOptions::default();
         options.by = if ids.is_some() { By::Any } else { method_of(by)? };
-        let aligns =
-            [("none", Align::None), ("rigid", Align::Rigid), ("similarity", Align::Similarity)];
-        options.surface.align = chosen("align", align, &aligns)?;
+        options.surface.align = chosen("align", align)?;
         for (name, given, option) in [
             ("reach", reach, &mut options.surface.reach),
             ("visibility", visibility, &mut options.surface.visibility),
@@ -119,10 +119,10 @@ impl Pair {
         let threads = threads::checked(threads)?;
         let (pair, method) = threads::run(py, threads, move || match ids {
             Some(ids) => CorePair::by_vertex_map(source, target, &ids)
-                .map(|pair| (pair, "vertex-map".to_owned()))
+                .map(|pair| (pair, VERTEX_MAP.to_owned()))
                 .map_err(of_linking),
             None => correspond::find(source, target, &options)
-                .map(|found| (found.pair, name_of(found.method)))
+                .map(|found| (found.pair, found.method.by().name().to_owned()))
                 .map_err(failed),
         })??;
         let pair = Arc::new(pair);
@@ -270,26 +270,10 @@ fn read_landmarks(given: &Bound<'_, PyAny>) -> PyResult<Vec<[u32; 2]>> {
 }
 
 fn method_of(by: &str) -> PyResult<By> {
-    if by == "vertex-map" {
+    if by == VERTEX_MAP {
         return Err(bad_value("by=\"vertex-map\" needs vertex_map"));
     }
-    let choices = [
-        ("auto", By::Any),
-        ("faces", By::Faces),
-        ("topology", By::Topology),
-        ("surface", By::Surface),
-    ];
-    chosen("by", by, &choices)
-}
-
-fn name_of(method: Method) -> String {
-    match method {
-        Method::Faces(_) => "faces",
-        Method::Topology { .. } => "topology",
-        Method::Surface(_) => "surface",
-        _ => "other",
-    }
-    .to_owned()
+    chosen("by", by)
 }
 
 fn of_linking(error: LinkError) -> PyErr {

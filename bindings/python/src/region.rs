@@ -8,7 +8,7 @@ use pyo3::types::PyTuple;
 use uvgraft::blend::Growth;
 use uvgraft::{BlendDomain, Encoding, Selection};
 
-use crate::arguments::side;
+use crate::arguments::chosen;
 use crate::arrays::{numbers, texture};
 use crate::error::{bad_value, failed};
 
@@ -34,7 +34,7 @@ fn follow(domain: &BlendDomain, recipe: &Bound<'_, PyTuple>, depth: usize) -> Py
     match kind.as_str() {
         "linked" => Ok(domain.linked()),
         "vertices" => {
-            let side = side(&recipe.get_item(1)?.extract::<String>()?)?;
+            let side = chosen("side", &recipe.get_item(1)?.extract::<String>()?)?;
             let (_, ids) = numbers::<i64>(&recipe.get_item(2)?, "vertices", "int64")?;
             let id = |id: i64| {
                 u32::try_from(id)
@@ -44,7 +44,7 @@ fn follow(domain: &BlendDomain, recipe: &Bound<'_, PyTuple>, depth: usize) -> Py
             domain.vertices(side, &ids).map_err(bad_value)
         }
         "mask" => {
-            let side = side(&recipe.get_item(1)?.extract::<String>()?)?;
+            let side = chosen("side", &recipe.get_item(1)?.extract::<String>()?)?;
             let mask = texture(&recipe.get_item(2)?, "mask", Encoding::Data)?;
             domain.painted(side, &mask.texture).map_err(failed)
         }

@@ -30,6 +30,7 @@ __all__ = [
     "PreparedTransfer",
     "SamplingMap",
     "__version__",
+    "choices",
     "compare",
     "flip",
     "get_threads",
@@ -259,6 +260,7 @@ def write_image(
 def set_threads(threads: int) -> None: ...
 def get_threads() -> int: ...
 def run_command(arguments: Sequence[_StrPath]) -> int: ...
+def choices() -> dict[str, list[str]]: ...
 def l1(
     reference: _Image,
     test: _Image,

@@ -3,136 +3,63 @@
 use std::fmt::Write as _;
 
 use serde::{Serialize, Serializer};
-use uvgraft_metrics::lpips::{Lpips, LpipsNetwork};
-use uvgraft_metrics::{self as metrics, Colors, Mask, MetricError};
+use uvgraft::Choice;
+use uvgraft_metrics::lpips::Lpips;
+use uvgraft_metrics::{Colors, Mask, Metric, MetricError};
 
 use crate::failure::bad_input;
 use crate::table::{Align, table};
 use crate::weights;
 
-/// A metric.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(crate) enum Metric {
-    L1,
-    Psnr,
-    Ssim,
-    SsimUniform,
-    Ssimulacra2,
-    Flip,
-    LpipsAlex,
-    LpipsVgg,
+/// Compares two textures in each of the regions.
+fn scores_of(
+    metric: Metric,
+    a: &Colors,
+    b: &Colors,
+    regions: &[Region],
+    networks: &Networks,
+) -> Vec<Score> {
+    if let Some(reason) = missing(metric, networks) {
+        return unavailable(regions, reason);
+    }
+    match metric.measure() {
+        Some(measure) => {
+            regions.iter().map(|region| measure(a, b, region.mask.as_ref()).into()).collect()
+        }
+        // Missing networks were handled above.
+        None => networks.of(metric).map_or_else(Vec::new, |it| lpips(it, a, b, regions)),
+    }
 }
 
-impl Metric {
-    /// All metrics, in the order of the table.
-    const ALL: [Self; 8] = [
-        Self::L1,
-        Self::Psnr,
-        Self::Ssim,
-        Self::SsimUniform,
-        Self::Ssimulacra2,
-        Self::Flip,
-        Self::LpipsAlex,
-        Self::LpipsVgg,
-    ];
-
-    /// Its name on the command line and in JSON.
-    fn name(self) -> &'static str {
-        match self {
-            Self::L1 => "l1",
-            Self::Psnr => "psnr",
-            Self::Ssim => "ssim",
-            Self::SsimUniform => "ssim-uniform",
-            Self::Ssimulacra2 => "ssimulacra2",
-            Self::Flip => "flip",
-            Self::LpipsAlex => "lpips-alex",
-            Self::LpipsVgg => "lpips-vgg",
+/// Why a metric cannot be computed at all, if so.
+fn missing(metric: Metric, networks: &Networks) -> Option<&'static str> {
+    match metric.network() {
+        Some(_) if networks.of(metric).is_none() => {
+            Some("weights not imported; see `uvgraft weights --help`")
         }
+        None if metric.measure().is_none() => Some("this build lacks the feature `flip`"),
+        _ => None,
     }
+}
 
-    /// Its title in tables.
-    fn title(self) -> &'static str {
-        match self {
-            Self::L1 => "L1",
-            Self::Psnr => "PSNR (dB)",
-            Self::Ssim => "SSIM",
-            Self::SsimUniform => "SSIM, uniform",
-            Self::Ssimulacra2 => "SSIMULACRA 2",
-            Self::Flip => "FLIP",
-            Self::LpipsAlex => "LPIPS, AlexNet",
-            Self::LpipsVgg => "LPIPS, VGG",
-        }
-    }
+/// The direction of improvement.
+fn arrow(metric: Metric) -> &'static str {
+    if metric.higher_is_better() { "↑" } else { "↓" }
+}
 
-    fn higher_is_better(self) -> bool {
-        matches!(self, Self::Psnr | Self::Ssim | Self::SsimUniform | Self::Ssimulacra2)
-    }
+/// A metric's heading in a row or column.
+pub(crate) fn title_with_arrow(metric: Metric) -> String {
+    format!("{} {}", metric.title(), arrow(metric))
+}
 
-    /// Decimal places shown in tables.
-    fn decimals(self) -> usize {
-        match self {
-            Self::Psnr | Self::Ssimulacra2 => 2,
-            _ => 5,
-        }
-    }
+/// The better of two values of a metric.
+pub(crate) fn better(metric: Metric, a: f64, b: f64) -> f64 {
+    if metric.higher_is_better() { a.max(b) } else { a.min(b) }
+}
 
-    /// Whether it runs by default: VGG takes minutes on large textures.
-    fn is_default(self) -> bool {
-        self != Self::LpipsVgg && (self != Self::Flip || cfg!(feature = "flip"))
-    }
-
-    /// Compares two textures in each of the regions.
-    fn scores(self, a: &Colors, b: &Colors, regions: &[Region], networks: &Networks) -> Vec<Score> {
-        type Measure = fn(&Colors, &Colors, Option<&Mask>) -> Result<f64, MetricError>;
-        if let Some(reason) = self.missing(networks) {
-            return unavailable(regions, reason);
-        }
-        let measure: Measure = match self {
-            Self::L1 => metrics::l1,
-            Self::Psnr => metrics::psnr,
-            Self::Ssim => metrics::ssim,
-            Self::SsimUniform => metrics::ssim_uniform,
-            Self::Ssimulacra2 => metrics::ssimulacra2,
-            #[cfg(feature = "flip")]
-            Self::Flip => metrics::flip,
-            // Missing networks, and FLIP in builds without it, were handled above.
-            _ => return networks.of(self).map_or_else(Vec::new, |it| lpips(it, a, b, regions)),
-        };
-        regions.iter().map(|region| measure(a, b, region.mask.as_ref()).into()).collect()
-    }
-
-    /// Why the metric cannot be computed at all, if so.
-    fn missing(self, networks: &Networks) -> Option<&'static str> {
-        match self {
-            Self::Flip if cfg!(not(feature = "flip")) => {
-                Some("this build lacks the feature `flip`")
-            }
-            Self::LpipsAlex | Self::LpipsVgg if networks.of(self).is_none() => {
-                Some("weights not imported; see `uvgraft weights --help`")
-            }
-            _ => None,
-        }
-    }
-
-    /// Its heading in a row or column.
-    pub(crate) fn title_with_arrow(self) -> String {
-        format!("{} {}", self.title(), self.arrow())
-    }
-
-    /// The direction of improvement.
-    fn arrow(self) -> &'static str {
-        if self.higher_is_better() { "↑" } else { "↓" }
-    }
-
-    /// The better of two values.
-    pub(crate) fn better(self, a: f64, b: f64) -> f64 {
-        if self.higher_is_better() { a.max(b) } else { a.min(b) }
-    }
-
-    /// A value with its significant digits.
-    pub(crate) fn format(self, value: f64) -> String {
-        format!("{value:.*}", self.decimals())
-    }
+/// A value of a metric with its significant digits.
+pub(crate) fn formatted(metric: Metric, value: f64) -> String {
+    format!("{value:.*}", metric.decimals())
 }
 
 fn unavailable(regions: &[Region], reason: &str) -> Vec<Score> {
@@ -154,36 +81,20 @@ fn lpips(network: &Lpips, a: &Colors, b: &Colors, regions: &[Region]) -> Vec<Sco
 }
 
 /// The LPIPS networks that a selection needs, if imported.
-struct Networks {
-    alex: Option<Lpips>,
-    vgg: Option<Lpips>,
-}
+struct Networks(Vec<Lpips>);
 
 impl Networks {
     fn load(selection: &Selection) -> anyhow::Result<Self> {
-        let load = |metric, network| match selection.metrics.contains(&metric) {
-            true => weights::lpips(network),
-            false => Ok(None),
-        };
-        Ok(Self {
-            alex: load(Metric::LpipsAlex, LpipsNetwork::Alex)?,
-            vgg: load(Metric::LpipsVgg, LpipsNetwork::Vgg)?,
-        })
+        let mut networks = Self(Vec::new());
+        for network in selection.metrics.iter().filter_map(|metric| metric.network()) {
+            networks.0.extend(weights::lpips(network)?);
+        }
+        Ok(networks)
     }
 
     /// The network of a metric, if it needs one that is imported.
     fn of(&self, metric: Metric) -> Option<&Lpips> {
-        match metric {
-            Metric::LpipsAlex => self.alex.as_ref(),
-            Metric::LpipsVgg => self.vgg.as_ref(),
-            _ => None,
-        }
-    }
-}
-
-impl Serialize for Metric {
-    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
-        serializer.serialize_str(self.name())
+        self.0.iter().find(|lpips| Some(lpips.network()) == metric.network())
     }
 }
 
@@ -198,13 +109,18 @@ struct Selection {
 impl Default for Selection {
     /// All metrics that are available and fast.
     fn default() -> Self {
-        Self::of(Metric::is_default, false)
+        let is_default = |metric: Metric| match metric.network() {
+            Some(_) => !metric.is_slow(),
+            None => metric.measure().is_some(),
+        };
+        Self::of(is_default, false)
     }
 }
 
 impl Selection {
     fn of(chosen: impl Fn(Metric) -> bool, named: bool) -> Self {
-        Self { metrics: Metric::ALL.into_iter().filter(|metric| chosen(*metric)).collect(), named }
+        let metrics = Metric::ALL.iter().copied().filter(|metric| chosen(*metric)).collect();
+        Self { metrics, named }
     }
 
     /// Parses a comma-separated list of names, or `all`.
@@ -212,8 +128,9 @@ impl Selection {
         let list = list.to_lowercase();
         let names: Vec<&str> = list.split(',').map(str::trim).collect();
         for name in &names {
-            if *name != "all" && Metric::ALL.iter().all(|metric| metric.name() != *name) {
-                let known = Metric::ALL.map(Metric::name).join(", ");
+            if *name != "all" && Metric::named(name).is_none() {
+                let known: Vec<&str> = Metric::ALL.iter().map(|metric| metric.name()).collect();
+                let known = known.join(", ");
                 return Err(format!("metrics must be some of {known}, or all, got `{name}`"));
             }
         }
@@ -253,7 +170,7 @@ impl Judge {
     fn new(selection: Selection) -> anyhow::Result<Self> {
         let networks = Networks::load(&selection)?;
         for metric in selection.metrics.iter().filter(|_| selection.named) {
-            if let Some(reason) = metric.missing(&networks) {
+            if let Some(reason) = missing(*metric, &networks) {
                 return Err(bad_input(format!("--metrics {}: {reason}", metric.name())));
             }
         }
@@ -328,7 +245,7 @@ impl Scores {
             })
             .collect();
         for &metric in &judge.selection.metrics {
-            let scores = metric.scores(a, b, regions, &judge.networks);
+            let scores = scores_of(metric, a, b, regions, &judge.networks);
             for (region, score) in all.iter_mut().zip(scores) {
                 region.scores.push((metric, score));
             }
@@ -374,9 +291,9 @@ impl Scores {
         let mut rows = vec![vec!["metric".to_owned(), "better".to_owned()]];
         rows[0].extend(self.regions.iter().map(|region| region.region.replace('|', "\\|")));
         for (index, metric) in self.metrics().into_iter().enumerate() {
-            let mut row = vec![metric.title().to_owned(), metric.arrow().to_owned()];
+            let mut row = vec![metric.title().to_owned(), arrow(metric).to_owned()];
             row.extend((0..self.regions.len()).map(|region| match self.value(region, index) {
-                Some(value) => metric.format(value),
+                Some(value) => formatted(metric, value),
                 None => "–".to_owned(),
             }));
             rows.push(row);
@@ -404,6 +321,15 @@ mod tests {
             assert!(Selection::parse(bad).is_err(), "{bad}");
         }
         assert!(!Selection::default().metrics.contains(&Metric::LpipsVgg));
+    }
+
+    #[test]
+    fn the_help_names_all_metrics() {
+        let command = <MetricsOption as clap::Args>::augment_args(clap::Command::new("compare"));
+        let option = command.get_arguments().find(|option| option.get_id() == "metrics").unwrap();
+        let help = option.get_long_help().unwrap().to_string().replace('\n', " ");
+        let names: Vec<&str> = Metric::ALL.iter().map(|metric| metric.name()).collect();
+        assert!(help.contains(&format!("Known metrics: {}.", names.join(", "))), "{help}");
     }
 
     #[test]

@@ -11,6 +11,8 @@
 //! | `flip` | lower | 0 | `flip` |
 //! | `lpips` | lower | 0 | `lpips`, and weights |
 //!
+//! [`Metric`] names them for programs that let users choose.
+//!
 //! [`seams`] measures the visibility of seams and region boundaries in one texture. [`baseline`]
 //! has earlier transfer methods for comparison. For the difference of two colours see
 //! [`uvgraft::color::delta_e`].
@@ -28,6 +30,7 @@ mod l1;
 #[cfg(feature = "lpips")]
 pub mod lpips;
 mod mask;
+mod metric;
 mod psnr;
 pub mod seams;
 mod ssim;
@@ -43,6 +46,7 @@ pub use colors::Colors;
 pub use flip::{PIXELS_PER_DEGREE, flip};
 pub use l1::l1;
 pub use mask::Mask;
+pub use metric::{Measure, Metric};
 pub use psnr::psnr;
 pub use ssim::{ssim, ssim_uniform};
 #[cfg(feature = "ssimulacra2")]

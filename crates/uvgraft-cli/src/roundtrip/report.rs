@@ -9,7 +9,7 @@ use uvgraft_metrics::baseline::affine::MEDIAN_PX;
 use super::method::{Method, Times, Trip, WholePicture};
 use crate::fitting::FitSummary;
 use crate::report::grouped;
-use crate::scores::Scores;
+use crate::scores::{Scores, better, formatted, title_with_arrow};
 use crate::table::{Align, table};
 use crate::terminal;
 
@@ -95,13 +95,13 @@ impl Report {
         for (index, metric) in metrics.into_iter().flatten().enumerate() {
             let values: Vec<Option<f64>> =
                 self.outcomes.iter().map(|outcome| outcome.regions.value(region, index)).collect();
-            let best = values.iter().flatten().copied().reduce(|a, b| metric.better(a, b));
-            let mut row = vec![metric.title_with_arrow()];
+            let best = values.iter().flatten().copied().reduce(|a, b| better(metric, a, b));
+            let mut row = vec![title_with_arrow(metric)];
             row.extend(values.into_iter().map(|value| match value {
                 Some(value) if Some(value) == best && self.outcomes.len() > 1 => {
-                    format!("**{}**", metric.format(value))
+                    format!("**{}**", formatted(metric, value))
                 }
-                Some(value) => metric.format(value),
+                Some(value) => formatted(metric, value),
                 None => "–".to_owned(),
             }));
             rows.push(row);

@@ -5,6 +5,8 @@
 
 use std::fmt;
 
+use uvgraft::{Choice, choices};
+
 /// The network whose features LPIPS compares.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub enum LpipsNetwork {
@@ -13,6 +15,11 @@ pub enum LpipsNetwork {
     /// VGG16: some twenty times the cost.
     Vgg,
 }
+
+choices!(LpipsNetwork {
+    Alex => "alex", "AlexNet, recommended for measuring";
+    Vgg => "vgg", "VGG16, some twenty times the cost";
+});
 
 impl LpipsNetwork {
     /// Both networks.
@@ -54,10 +61,7 @@ impl LpipsNetwork {
 
 impl fmt::Display for LpipsNetwork {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.write_str(match self {
-            Self::Alex => "alex",
-            Self::Vgg => "vgg",
-        })
+        f.write_str(self.name())
     }
 }
 

@@ -19,6 +19,12 @@ pub enum Encoding {
     Data,
 }
 
+crate::choices!(Encoding {
+    Srgb => "srgb", "Display-referred values with the sRGB transfer function";
+    Linear => "linear", "Linear light";
+    Data => "data", "Not a colour";
+});
+
 /// Linear light from an sRGB value; odd around 0, so values outside `0.0..=1.0` survive.
 ///
 /// # Source
