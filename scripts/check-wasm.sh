@@ -39,3 +39,4 @@ check -p uvgraft-avatar
 check -p uvgraft-gltf
 check -p uvgraft-render
 check -p uvgraft-figure
+check -p uvgraft-pipeline

@@ -32,7 +32,7 @@ impl Prepared {
         let threads = threads::checked(threads)?;
         let transfer = uvgraft_cli::parse_transfer(arguments)
             .map_err(|error| failed(format_args!("{error:#}")))?;
-        check_file(transfer.correspondence.path())?;
+        check_file(transfer.correspondence.input().name())?;
         let prepared = threads::run(py, threads, || transfer.prepare(&()))?.map_err(of_pipeline)?;
         Ok(Self { prepared, threads })
     }

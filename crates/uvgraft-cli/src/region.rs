@@ -44,7 +44,7 @@ fn parse_growth(text: &str) -> Result<Grow, String> {
 
 fn parse_part(text: &str) -> Result<RegionPart, String> {
     let part = RegionPart::parse(text);
-    if part.path.as_os_str().is_empty() {
+    if part.input.name().as_os_str().is_empty() {
         Err("must be a file such as face.npy, target:mask.png or groups.json#face".to_owned())
     } else {
         Ok(part)

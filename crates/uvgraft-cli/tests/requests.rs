@@ -36,7 +36,7 @@ fn request(body: Body, given: impl Fn(&str) -> Input) -> AvatarRequest {
     request.onto = Some(BaseSource::Image(given("base.png")));
     request.region.unit = Some(Unit::M);
     request.region.exclude =
-        vec![RegionPart { side: Side::Source, path: given("nape.txt"), names: Vec::new() }];
+        vec![RegionPart { side: Side::Source, input: given("nape.txt"), names: Vec::new() }];
     request.motions.recordings = vec![given("wave.npz")];
     request.source_mask = Some(given("trusted.png"));
     request.fill = Some(given("face.png"));

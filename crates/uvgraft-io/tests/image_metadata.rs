@@ -8,8 +8,10 @@ use uvgraft::color::Encoding;
 use uvgraft::texture::{Channels, Depth, Size, Texels, Texture};
 use uvgraft_io::image::{
     BandEncoder, BandReader, Format, Image, TextureSpec, WriteOptions, decode,
-    decode_focal_length_px, encode, read, read_focal_length_px, write,
+    decode_focal_length_px, decode_header, encode, open, read, write,
 };
+
+use uvgraft_io::input::Input;
 
 /// What stands in the metadata and in file names, and nowhere else.
 const MARKS: [&str; 8] = [
@@ -201,16 +203,34 @@ fn focal_lengths_of_every_format() {
     for (format, bytes) in sources() {
         let path = folder.path().join(format!("photo.{}", format.extensions()[0]));
         std::fs::write(&path, &bytes).unwrap();
-        for found in [decode_focal_length_px(&bytes).unwrap(), read_focal_length_px(&path).unwrap()]
-        {
+        let image = decode(&bytes).unwrap();
+        let from_bytes = open(Input::bytes("photo", bytes.clone())).unwrap();
+        let from_file = open(&path).unwrap();
+        for found in [
+            decode_focal_length_px(&bytes).unwrap(),
+            from_bytes.focal_length_px(),
+            from_file.focal_length_px(),
+        ] {
             let found = found.unwrap();
             assert!((found - wanted).abs() < 1e-6, "{format}: {found}");
         }
         // The orientation too: these images are turned upright.
-        assert_eq!(decode(&bytes).unwrap().texture.size(), Size::new(30, 40), "{format}");
+        assert_eq!(image.size(), Size::new(30, 40), "{format}");
+        assert_eq!(from_file.header(), decode_header(&bytes).unwrap());
+        // Another file takes its place, and what was opened is read.
+        std::fs::write(folder.path().join("other"), "other").unwrap();
+        if cfg!(unix) {
+            std::fs::rename(folder.path().join("other"), &path).unwrap();
+        }
+        for opened in [from_bytes, from_file] {
+            assert_eq!(opened.decode().unwrap(), image, "{format}");
+        }
     }
-    let error = read_focal_length_px(folder.path().join("none.jpg")).unwrap_err().to_string();
+    let error = open(folder.path().join("none.jpg")).err().unwrap().to_string();
     assert!(error.contains("none.jpg"), "{error}");
+    let cut = &sources()[0].1[..200];
+    let error = open(Input::bytes("cut", cut)).and_then(|image| image.decode()).unwrap_err();
+    assert!(error.to_string().starts_with("cut: "), "{error}");
     assert!(decode_focal_length_px(b"GIF89a").is_err());
     for format in Format::ALL {
         let plain = encoded(&photo(Channels::Rgb), format);

@@ -7,6 +7,7 @@ use std::sync::{Mutex, PoisonError};
 
 use uvgraft::{Averaging, Depth, Encoding, Filter, Size, TexelFormat, Texture};
 use uvgraft_io::image::{self, BandReader, Header, ReadError};
+use uvgraft_io::input::Input;
 
 use crate::base_color;
 use crate::base_source::BaseSource;
@@ -30,11 +31,11 @@ pub(crate) struct BaseOrder<'a> {
 impl BaseOrder<'_> {
     /// Checks what [`Base::new`] requires, as far as possible without decoding.
     pub(crate) fn check(&self) -> Result<()> {
-        match self.onto.and_then(BaseSource::path) {
+        match self.onto.and_then(BaseSource::as_image) {
             // A pipe can be read only once.
-            Some(path) if path.exists() && !path.is_file() => Ok(()),
-            Some(path) => {
-                image::read_header(path).map(drop).map_err(|error| not_a_base(&error, path))
+            Some(Input::File(path)) if path.exists() && !path.is_file() => Ok(()),
+            Some(image) => {
+                image::read_header(image).map(drop).map_err(|error| not_a_base(&error, image))
             }
             None => self.size_without_image().map(drop),
         }
@@ -42,8 +43,9 @@ impl BaseOrder<'_> {
 
     /// The header of an image, if it is readable and may be read twice, which a pipe may not.
     pub(crate) fn header(&self) -> Option<Header> {
-        let path = self.onto.and_then(BaseSource::path).filter(|path| path.is_file())?;
-        image::read_header(path).ok()
+        let image = self.onto.and_then(BaseSource::as_image)?;
+        let is_lasting = image.path().is_none_or(Path::is_file);
+        is_lasting.then(|| image::read_header(image).ok()).flatten()
     }
 
     fn size_without_image(&self) -> Result<Size> {
@@ -90,16 +92,16 @@ impl Base {
     ///   because its colours are analysed first.
     pub(crate) fn new(order: &BaseOrder<'_>, again: bool) -> Result<Self> {
         let BaseOrder { onto, size: wanted, values, filter, averaging, .. } = *order;
-        let Some(BaseSource::Image(path)) = onto else {
+        let Some(BaseSource::Image(image)) = onto else {
             let unit = match onto {
                 Some(BaseSource::Color(unit)) => *unit,
                 _ => values.default_base(),
             };
             return Ok(Self { content: Content::Color(unit), size: order.size_without_image()? });
         };
-        let reader = BandReader::open(path).map_err(|error| not_a_base(&error, path))?;
+        let reader = BandReader::open(image).map_err(|error| not_a_base(&error, image))?;
         let format = values.reinterpret(reader.spec().format());
-        let name = path.display().to_string();
+        let name = image.to_string();
         let known = ImageInfo { name, format, icc: reader.icc().map(<[u8]>::to_vec) };
         let found = reader.spec().size;
         let size = wanted.unwrap_or(found);
@@ -288,8 +290,8 @@ impl Bands<'_> {
     }
 }
 
-fn not_a_base(error: &ReadError, path: &Path) -> Failure {
-    if path.exists() {
+fn not_a_base(error: &ReadError, image: &Input) -> Failure {
+    if image.path().is_none_or(Path::exists) {
         Failure::input(error)
     } else {
         Failure::option(format!("{error}; `onto` must be an image or a colour such as #808080"))

@@ -1,6 +1,8 @@
 //! Base textures, as given in options.
 
-use std::path::{Path, PathBuf};
+use std::path::Path;
+
+use uvgraft_io::input::Input;
 
 use crate::failure::{Failure, Result};
 
@@ -27,13 +29,18 @@ fn parse_color(text: &str) -> Result<[f32; 4]> {
 /// The base that textures are composited onto: an image in the target layout, or a colour.
 #[derive(Debug, Clone, PartialEq)]
 pub enum BaseSource {
-    /// Path of an image.
-    Image(PathBuf),
+    /// An image.
+    Image(Input),
     /// sRGB-encoded red, green, blue and alpha, 1.0 for full intensity.
     Color([f32; 4]),
 }
 
 impl BaseSource {
+    /// An image, of a path or in memory.
+    pub fn image(input: impl Into<Input>) -> Self {
+        Self::Image(input.into())
+    }
+
     /// Parses a colour (`#RGB`, `#RRGGBB` or `#RRGGBBAA`), or else a path.
     ///
     /// # Errors
@@ -42,16 +49,21 @@ impl BaseSource {
         if text.starts_with('#') {
             parse_color(text).map(Self::Color)
         } else {
-            Ok(Self::Image(PathBuf::from(text)))
+            Ok(Self::image(text))
         }
     }
 
-    /// The path of the image, if it is one.
-    pub fn path(&self) -> Option<&Path> {
+    /// The image, if it is one.
+    pub fn as_image(&self) -> Option<&Input> {
         match self {
-            Self::Image(path) => Some(path),
+            Self::Image(image) => Some(image),
             Self::Color(_) => None,
         }
+    }
+
+    /// The path of the image, if it is one in a file.
+    pub fn path(&self) -> Option<&Path> {
+        self.as_image()?.path()
     }
 }
 

@@ -3,10 +3,12 @@
 use std::collections::BTreeMap;
 use std::sync::{Mutex, MutexGuard, PoisonError};
 use std::thread;
-use std::time::{Duration, Instant};
+use std::time::Duration;
+
+use uvgraft::threads;
 
 use crate::carry::{Done, Outcome};
-use crate::failure::{Blame, Failure, Fault, Result};
+use crate::failure::{Failure, Fault, Result};
 use crate::memory;
 use crate::observer::{Event, Observer, OutputFigures};
 use crate::plan::Job;
@@ -22,7 +24,7 @@ pub(crate) fn run(
     jobs: &[Job],
     records: Option<&Records>,
 ) -> Result<Transferred> {
-    let threads = rayon::current_num_threads();
+    let threads = threads::count();
     let at_once = worker.transfer.jobs.map_or(threads, usize::from).min(jobs.len());
     let mut report = Report::new(jobs, records, worker.observer);
     let Shared { options, base, unchanged, .. } = worker.shared;
@@ -36,13 +38,14 @@ pub(crate) fn run(
             }
             let made_from = records.and_then(|records| records.made_from(job));
             report.begin(job);
-            let start = Instant::now();
+            let start = worker.observer.now();
             // Without a bound, whatever is alone is granted.
             let outcome = match memory.take(if is_bound { needed(job) } else { 0 }) {
                 Ok(_reserved) => worker.carry(job, true),
                 Err(failure) => Outcome::from(failure),
             };
-            report.add(index, Finished { outcome, made_from, duration: start.elapsed() });
+            let duration = since(start, worker.observer);
+            report.add(index, Finished { outcome, made_from, duration });
         }
         return report.finish();
     }
@@ -52,16 +55,7 @@ pub(crate) fn run(
     let work = || -> Result<()> {
         // Each texture is processed by one thread, unless there are more threads than textures: the
         // textures alone keep all threads busy.
-        let pool = rayon::ThreadPoolBuilder::new()
-            .num_threads((threads / at_once).max(1))
-            .use_current_thread()
-            .build();
-        // This thread alone needs no other to start.
-        let alone = || rayon::ThreadPoolBuilder::new().num_threads(1).use_current_thread().build();
-        let pool = pool
-            .or_else(|_| alone())
-            .or_work()
-            .map_err(|failure| failure.context("cannot start threads"))?;
+        let pool = spawn::pool((threads / at_once).max(1))?;
         loop {
             spawn::point();
             let mut next = lock(&next);
@@ -76,12 +70,12 @@ pub(crate) fn run(
             drop(next);
             let made_from = records.and_then(|records| records.made_from(job));
             lock(&report).begin(job);
-            let start = Instant::now();
+            let start = worker.observer.now();
             let outcome = match reserved {
                 Ok(_reserved) => pool.install(|| worker.carry(job, false)),
                 Err(failure) => Outcome::from(failure),
             };
-            let duration = start.elapsed();
+            let duration = since(start, worker.observer);
             lock(&report).add(index, Finished { outcome, made_from, duration });
         }
     };
@@ -104,7 +98,11 @@ struct Finished {
     outcome: Outcome,
     /// What to record for a written output.
     made_from: Option<MadeFrom>,
-    duration: Duration,
+    duration: Option<Duration>,
+}
+
+fn since(start: Option<Duration>, observer: &dyn Observer) -> Option<Duration> {
+    Some(observer.now()?.saturating_sub(start?))
 }
 
 /// Collects the outcomes of textures and reports them in order.
@@ -125,7 +123,7 @@ impl<'a> Report<'a> {
     }
 
     fn begin(&self, job: &Job) {
-        self.observer.event(Event::TextureStarted { source: &job.source });
+        self.observer.event(Event::TextureStarted { source: job.source.name() });
     }
 
     fn add(&mut self, index: usize, finished: Finished) {
@@ -140,6 +138,7 @@ impl<'a> Report<'a> {
             .result
             .as_ref()
             .map(|&Done { bytes, boundary_delta_e, .. }| OutputFigures { bytes, boundary_delta_e });
+        let source = source.name();
         self.observer.event(Event::TextureEnded { source, output, result, duration });
         self.waiting.insert(index, outcome);
         while let Some(Outcome { result, log }) = self.waiting.remove(&self.reported) {
@@ -151,7 +150,7 @@ impl<'a> Report<'a> {
                 let result = result.as_ref().map(|done| done.fit.as_ref());
                 let (notes, warnings) = (&log.notes[..], &log.warnings[..]);
                 self.observer.event(Event::TextureReport {
-                    source,
+                    source: source.name(),
                     output,
                     notes,
                     warnings,

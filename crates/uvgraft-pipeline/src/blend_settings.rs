@@ -128,8 +128,8 @@ impl BlendSettings {
         blending.membrane = self.mode() == BlendMode::Membrane && self.tone().is_some();
         blending.match_skin = self.match_skin && self.tone().is_some();
         blending.tone = self.tone().unwrap_or(Tone::Base);
-        blending.skin = self.skin.as_ref().and_then(|i| i.path().map(|p| p.to_path_buf()));
-        blending.labels = self.labels.as_ref().and_then(|i| i.path().map(|p| p.to_path_buf()));
+        blending.skin.clone_from(&self.skin);
+        blending.labels.clone_from(&self.labels);
         blending.keep_all = self.keep_all;
         blending.gutter_px = gutter_px;
         blending

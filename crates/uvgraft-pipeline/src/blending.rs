@@ -8,6 +8,7 @@ use uvgraft::blend::{Blend, BlendDomain, BlendOptions, Tone};
 use uvgraft::fill::{self, FillError};
 use uvgraft::{Direction, Labels, Texture, ToneCorrection};
 use uvgraft_io::image;
+use uvgraft_io::input::Input;
 
 use crate::failure::{Blame, Failure, Result};
 use crate::length::Length;
@@ -28,9 +29,9 @@ pub struct Blending {
     /// The side that sets the tone.
     pub tone: Tone,
     /// Skin mask of the base, white on black; estimated if absent.
-    pub skin: Option<PathBuf>,
+    pub skin: Option<Input>,
     /// Label image of the textures; detected for each texture if absent.
-    pub labels: Option<PathBuf>,
+    pub labels: Option<Input>,
     /// Whether cloth and background at the neck stay in the region.
     pub keep_all: bool,
     /// Width in texels of the gutter in which the base's skin changes too.
@@ -94,7 +95,7 @@ impl Blending {
                 known.map_err(|error| Failure::input(format!("{}: {error}", path.display())))?;
             selection = selection.intersection(&known).or_input()?;
         }
-        let skin = self.skin.as_ref().map(|path| image::read(path).or_input()).transpose()?;
+        let skin = self.skin.as_ref().map(|skin| image::read(skin).or_input()).transpose()?;
         let mut options = BlendOptions::default();
         options.feather = feather;
         options.membrane = self.membrane;
@@ -106,10 +107,10 @@ impl Blending {
         if let Some(skin) = skin {
             blend = blend.with_skin(skin.texture);
         }
-        if let Some(path) = &self.labels {
-            let picture = image::read(path).or_input()?.texture;
+        if let Some(input) = &self.labels {
+            let picture = image::read(input).or_input()?.texture;
             let labels = Labels::from_picture(&picture)
-                .map_err(|error| Failure::input(format!("{}: {error}", path.display())))?;
+                .map_err(|error| Failure::input(format!("{input}: {error}")))?;
             blend = blend.with_labels(labels);
         }
         Ok(Arc::new(blend.prepared()))
@@ -143,7 +144,7 @@ pub struct KnownTexels {
     mean: Option<Named>,
 }
 
-/// An image and the path it was read from.
+/// An image and the path it was read from, or the name that stands for it.
 #[derive(Debug, Clone)]
 struct Named {
     path: PathBuf,
@@ -158,10 +159,10 @@ impl KnownTexels {
     ///
     /// # Errors
     /// For unreadable files.
-    pub fn read(mask: Option<&Path>, mean: Option<&Path>) -> Result<Self> {
-        let read = |path: &Path| {
-            let texture = image::read(path).or_input()?.texture;
-            Ok(Named { path: path.to_path_buf(), texture })
+    pub fn read(mask: Option<&Input>, mean: Option<&Input>) -> Result<Self> {
+        let read = |input: &Input| {
+            let texture = image::read(input).or_input()?.texture;
+            Ok(Named { path: input.name().to_path_buf(), texture })
         };
         Ok(Self { mask: mask.map(read).transpose()?, mean: mean.map(read).transpose()? })
     }

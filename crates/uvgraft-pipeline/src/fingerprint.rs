@@ -6,6 +6,7 @@ use std::io::{self, Read};
 use std::path::{Path, PathBuf};
 
 use sha2::{Digest, Sha256};
+use uvgraft_io::input::Input;
 
 /// Increment when results change within a version of the program.
 const REVISION: u32 = 1;
@@ -29,9 +30,9 @@ impl Fingerprint {
         self.0.update(text.as_bytes());
     }
 
-    /// Adds the content of a file.
-    pub(crate) fn add_file(&mut self, path: &Path) -> io::Result<()> {
-        self.add(&file_digest(path)?);
+    /// Adds the content of a file or of bytes, to the same effect.
+    pub(crate) fn add_input(&mut self, input: &Input) -> io::Result<()> {
+        self.add(&input_digest(input)?);
         Ok(())
     }
 
@@ -42,15 +43,22 @@ impl Fingerprint {
 
     /// The fingerprint with the content of one more file, as hexadecimal digits.
     pub(crate) fn with_file(&self, path: &Path) -> io::Result<String> {
-        let mut fingerprint = self.clone();
-        fingerprint.add_file(path)?;
-        Ok(fingerprint.text())
+        Ok(self.with_digest(&file_digest(path)?))
     }
 
     /// As [`Fingerprint::with_file`], for a file whose content is in memory.
     pub(crate) fn with_bytes(&self, bytes: &[u8]) -> String {
+        self.with_digest(&digest(bytes))
+    }
+
+    /// As [`Fingerprint::with_file`], also for bytes.
+    pub(crate) fn with_input(&self, input: &Input) -> io::Result<String> {
+        Ok(self.with_digest(&input_digest(input)?))
+    }
+
+    fn with_digest(&self, digest: &str) -> String {
         let mut fingerprint = self.clone();
-        fingerprint.add(&hex(&Sha256::digest(bytes)));
+        fingerprint.add(digest);
         fingerprint.text()
     }
 }
@@ -67,9 +75,10 @@ pub(crate) struct Seen(Vec<(PathBuf, Option<Identity>)>);
 type Identity = (u64, u64, u64, [(i64, i64); 2]);
 
 impl Seen {
-    /// Files before they are read.
-    pub(crate) fn before<'a>(paths: impl IntoIterator<Item = &'a Path>) -> Self {
-        Self(paths.into_iter().map(|path| (path.to_path_buf(), identity(path))).collect())
+    /// Files before they are read. Bytes do not change.
+    pub(crate) fn before<'a>(inputs: impl IntoIterator<Item = &'a Input>) -> Self {
+        let paths = inputs.into_iter().filter_map(Input::path);
+        Self(paths.map(|path| (path.to_path_buf(), identity(path))).collect())
     }
 
     /// The first of the files that changed since, if any.
@@ -112,6 +121,18 @@ pub(crate) fn file_digest(path: &Path) -> io::Result<String> {
     }
 }
 
+/// The SHA-256 of the content, as hexadecimal digits; of a file, only if it is a regular one.
+pub(crate) fn input_digest(input: &Input) -> io::Result<String> {
+    match input {
+        Input::File(path) => file_digest(path),
+        Input::Bytes { bytes, .. } => Ok(digest(bytes)),
+    }
+}
+
+fn digest(bytes: &[u8]) -> String {
+    hex(&Sha256::digest(bytes))
+}
+
 fn hex(bytes: &[u8]) -> String {
     bytes.iter().fold(String::new(), |mut text, byte| {
         let _ = write!(text, "{byte:02x}");
@@ -142,6 +163,7 @@ mod tests {
         std::fs::write(&path, "abc").unwrap();
         let wanted = "ba7816bf8f01cfea414140de5dae2223b00361a396177a9cb410ff61f20015ad";
         assert_eq!(file_digest(&path).unwrap(), wanted);
+        assert_eq!(input_digest(&Input::bytes("file", *b"abc")).unwrap(), wanted);
         assert!(file_digest(folder.path()).is_err());
     }
 }

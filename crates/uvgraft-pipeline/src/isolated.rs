@@ -1,11 +1,11 @@
 //! Calls that run on threads of their own.
 
+use std::any::Any;
 use std::sync::atomic::{AtomicUsize, Ordering};
-use std::thread;
 
-use rayon::ThreadPoolBuilder;
+use uvgraft::threads;
 
-use crate::failure::{Blame, Failure, Result};
+use crate::failure::{Failure, Result};
 use crate::spawn::text_of;
 
 /// Runs calls on threads of their own, and counts those in flight.
@@ -25,19 +25,35 @@ impl Isolated {
     /// As a failure of the work if threads cannot be started, or if the call panics.
     pub(crate) fn run<T: Send>(&self, call: impl FnOnce() -> T + Send) -> Result<T> {
         let in_flight = InFlight::enter(&self.in_flight);
-        let threads = (rayon::current_num_threads() / in_flight.calls).max(1);
-        let cannot_start = |failure: Failure| failure.context("cannot start threads");
-        let pool = ThreadPoolBuilder::new().num_threads(threads).build();
-        let pool = pool.or_work().map_err(cannot_start)?;
-        // From a thread outside all pools: one of the caller's would take up further calls while it
-        // waits here, each with its texture in memory.
-        let ended = thread::scope(|scope| {
-            let waiting = thread::Builder::new().spawn_scoped(scope, || pool.install(call));
-            waiting.map(thread::ScopedJoinHandle::join)
-        });
-        let ended = ended.or_work().map_err(cannot_start)?;
+        let ended = on_own_threads((threads::count() / in_flight.calls).max(1), call)?;
         ended.map_err(|panic| Failure::work(format!("internal error: {}", text_of(&*panic))))
     }
+}
+
+/// What a call returned, or its panic.
+type Ended<T> = std::result::Result<T, Box<dyn Any + Send>>;
+
+#[cfg(feature = "threads")]
+fn on_own_threads<T: Send>(threads: usize, call: impl FnOnce() -> T + Send) -> Result<Ended<T>> {
+    use std::thread;
+
+    use crate::failure::Blame;
+
+    let cannot_start = |failure: Failure| failure.context("cannot start threads");
+    let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build();
+    let pool = pool.or_work().map_err(cannot_start)?;
+    // From a thread outside all pools: one of the caller's would take up further calls while it
+    // waits here, each with its texture in memory.
+    let ended = thread::scope(|scope| {
+        let waiting = thread::Builder::new().spawn_scoped(scope, || pool.install(call));
+        waiting.map(thread::ScopedJoinHandle::join)
+    });
+    ended.or_work().map_err(cannot_start)
+}
+
+#[cfg(not(feature = "threads"))]
+fn on_own_threads<T: Send>(_threads: usize, call: impl FnOnce() -> T + Send) -> Result<Ended<T>> {
+    Ok(std::panic::catch_unwind(std::panic::AssertUnwindSafe(call)))
 }
 
 /// A call in flight, until it is dropped.
@@ -59,7 +75,7 @@ impl Drop for InFlight<'_> {
     }
 }
 
-#[cfg(test)]
+#[cfg(all(test, feature = "threads"))]
 mod tests {
     use rayon::prelude::*;
 
@@ -92,7 +108,7 @@ mod tests {
 
     #[test]
     fn calls_have_threads_of_their_own() {
-        let pool = ThreadPoolBuilder::new().num_threads(3).build().unwrap();
+        let pool = rayon::ThreadPoolBuilder::new().num_threads(3).build().unwrap();
         let calls = Isolated::default();
         let threads = || rayon::current_num_threads();
         let found = pool.install(|| calls.run(|| (threads(), calls.run(threads))));

@@ -1,7 +1,8 @@
 //! Transfers from file to file.
 //!
 //! A [`Transfer`] states which files are read, how, and which are written; [`Transfer::run`]
-//! executes it. Bases are decoded, filled and encoded in bands of rows, so that a large base need
+//! executes it. What is read may also be in memory: every input is an [`Input`], into which paths
+//! convert. Bases are decoded, filled and encoded in bands of rows, so that a large base need
 //! not be in memory as a whole; several textures are processed in parallel within a memory limit;
 //! and outputs that are up to date can be skipped, based on fingerprints of everything they are
 //! made from.
@@ -11,13 +12,9 @@
 //! whose fault it is.
 //!
 //! ```no_run
-//! use uvgraft_pipeline::{Inputs, BaseSource, Transfer};
+//! use uvgraft_pipeline::{BaseSource, Inputs, Transfer};
 //!
-//! let inputs = Inputs::Textures {
-//!     sources: vec!["faces/".into()],
-//!     onto: Some(BaseSource::Image("body.png".into())),
-//!     values: Default::default(),
-//! };
+//! let inputs = Inputs::textures(["faces/"], BaseSource::image("body.png"));
 //! let done = Transfer::new("head_to_body.uvpair", inputs, "bodies/").run(&())?;
 //! println!("{} textures transferred", done.written);
 //! # Ok::<(), uvgraft_pipeline::Failure>(())
@@ -80,3 +77,4 @@ pub use region::{Grow, Region, RegionPart};
 pub use shard::Shard;
 pub use texture_list::TextureList;
 pub use transfer::{Correspondence, Existing, Inputs, MaterialMap, Transfer, Transferred};
+pub use uvgraft_io::input::Input;

@@ -19,8 +19,10 @@ pub(crate) enum Link {
 impl Link {
     pub(crate) fn read(correspondence: &Correspondence) -> Result<Self> {
         Ok(match correspondence {
-            Correspondence::Pair(path) => Self::Pair(pair_file::read(path).or_input()?),
-            Correspondence::Map(path) => Self::Map(Arc::new(sampling_map::read(path).or_input()?)),
+            Correspondence::Pair(input) => Self::Pair(pair_file::read(input).or_input()?),
+            Correspondence::Map(input) => {
+                Self::Map(Arc::new(sampling_map::read(input).or_input()?))
+            }
         })
     }
 

@@ -1,11 +1,13 @@
 //! What the outputs of a transfer are made from: files and options.
 
 use std::io;
-use std::path::{Path, PathBuf};
+use std::path::Path;
+
+use uvgraft_io::input::Input;
 
 use crate::base_source::BaseSource;
 use crate::blending::Blending;
-use crate::fingerprint::{Fingerprint, file_digest};
+use crate::fingerprint::{Fingerprint, input_digest};
 use crate::material::Values;
 use crate::plan::Plan;
 use crate::region::RegionPart;
@@ -20,7 +22,7 @@ impl Fingerprint {
     ) -> io::Result<Self> {
         self.add(&format!("{values:?}"));
         match onto {
-            Some(BaseSource::Image(path)) => self.add_file(path)?,
+            Some(BaseSource::Image(image)) => self.add_input(image)?,
             Some(BaseSource::Color(unit)) => self.add(&format!("{unit:?}")),
             None => {}
         }
@@ -35,7 +37,7 @@ fn region_text(parts: &[RegionPart]) -> io::Result<String> {
         let mut names = part.names.clone();
         names.sort();
         names.dedup();
-        Ok(format!("{:?} {names:?} {}", part.side, file_digest(&part.path)?))
+        Ok(format!("{:?} {names:?} {}", part.side, input_digest(&part.input)?))
     };
     let mut parts = parts.iter().map(text).collect::<io::Result<Vec<_>>>()?;
     parts.sort();
@@ -44,44 +46,48 @@ fn region_text(parts: &[RegionPart]) -> io::Result<String> {
 }
 
 impl Transfer {
-    /// The files that textures depend on, apart from their own source.
-    pub(crate) fn shared_inputs<'a>(&'a self, plan: &'a Plan) -> Vec<&'a Path> {
-        let bases = plan.batches.iter().filter_map(|batch| batch.onto.as_ref()?.path());
-        let list = match &self.inputs {
-            Inputs::Listed { list, .. } => list.path(),
-            Inputs::Textures { .. } | Inputs::Material(_) => None,
-        };
-        self.common_inputs().into_iter().chain(bases).chain(list).collect()
+    /// What textures depend on, apart from their own source and the list of them.
+    pub(crate) fn shared_inputs<'a>(&'a self, plan: &'a Plan) -> Vec<&'a Input> {
+        let bases = plan.batches.iter().filter_map(|batch| batch.onto.as_ref()?.as_image());
+        self.common_inputs().into_iter().chain(bases).collect()
     }
 
-    /// The files that all batches depend on.
-    pub(crate) fn common_inputs(&self) -> Vec<&Path> {
-        std::iter::once(self.correspondence.path())
+    /// The list of the textures, if they are in a file.
+    pub(crate) fn list_path(&self) -> Option<&Path> {
+        match &self.inputs {
+            Inputs::Listed { list, .. } => list.path(),
+            Inputs::Textures { .. } | Inputs::Material(_) => None,
+        }
+    }
+
+    /// What all batches depend on.
+    pub(crate) fn common_inputs(&self) -> Vec<&Input> {
+        std::iter::once(self.correspondence.input())
             .chain(self.region.inputs())
             .chain(self.common_images())
             .collect()
     }
 
     /// The images among them.
-    fn common_images(&self) -> impl Iterator<Item = &Path> {
+    fn common_images(&self) -> impl Iterator<Item = &Input> {
         let blending = self.blending.as_ref();
         let skin = blending.and_then(|blending| blending.skin.as_ref());
         let labels = blending.and_then(|blending| blending.labels.as_ref());
         // What the labels of the albedo exclude is excluded from all maps.
         let albedo = self.labelled_map();
         let images = [skin, labels, albedo, self.source_mask.as_ref(), self.fill.as_ref()];
-        images.into_iter().flatten().map(PathBuf::as_path)
+        images.into_iter().flatten()
     }
 
     /// The fingerprint of what all batches are made from.
     pub(crate) fn common_fingerprint(&self) -> io::Result<Fingerprint> {
         let mut common = Fingerprint::new();
         common.add(&self.options_text());
-        common.add_file(self.correspondence.path())?;
+        common.add_input(self.correspondence.input())?;
         for parts in [&self.region.include, &self.region.exclude] {
             common.add(&region_text(parts)?);
         }
-        self.common_images().try_for_each(|path| common.add_file(path))?;
+        self.common_images().try_for_each(|image| common.add_input(image))?;
         Ok(common)
     }
 

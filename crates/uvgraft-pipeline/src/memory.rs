@@ -3,11 +3,13 @@
 //! The estimates are upper bounds, measured with margins. Memory that is already in use counts as it
 //! is, where the system tells.
 
+use std::fs::Metadata;
 use std::path::Path;
 use std::sync::{Condvar, Mutex, PoisonError};
 
-use uvgraft::{Averaging, Depth, Encoding, Size, TexelFormat};
+use uvgraft::{Averaging, Depth, Encoding, Size, TexelFormat, threads};
 use uvgraft_io::image::{self, Format, Header};
+use uvgraft_io::input::Input;
 
 use crate::base::{Base, BaseOrder, bytes_of};
 use crate::base_source::BaseSource;
@@ -73,22 +75,22 @@ impl Transfer {
             [job] => needed(job, target, header.map(|header| header.depth), &options),
             _ => 0,
         };
-        refuse_beyond(bound, in_use() + threads() + base + blend + texture)
+        refuse_beyond(bound, in_use() + of_threads() + base + blend + texture)
     }
 
     /// The budget of the textures of a batch, whose base and blend are in memory.
     pub(crate) fn budget(&self, base: &Base, unchanged: Option<&Unchanged>) -> Memory {
         let unchanged = unchanged.map_or(0, Unchanged::limit);
         let (limit, common) = match self.memory {
-            Some(bound) => (bound, in_use() + threads() + unchanged),
+            Some(bound) => (bound, in_use() + of_threads() + unchanged),
             None => (TOGETHER, base.bytes() + unchanged),
         };
         Memory::new(limit, common, self.memory.is_some())
     }
 }
 
-fn threads() -> u64 {
-    rayon::current_num_threads() as u64 * THREAD
+fn of_threads() -> u64 {
+    threads::count() as u64 * THREAD
 }
 
 fn refuse_beyond(bound: u64, needed: u64) -> Result<()> {
@@ -107,7 +109,7 @@ fn refuse_beyond(bound: u64, needed: u64) -> Result<()> {
 fn base_bytes(order: &BaseOrder<'_>, header: Header, keeps: bool) -> u64 {
     let target = order.size.unwrap_or(header.size);
     let is_resized = target != header.size;
-    let decoded = decoded_bytes(order.onto.and_then(BaseSource::path), &header);
+    let decoded = decoded_bytes(order.onto.and_then(BaseSource::as_image), &header);
     let resized = TexelFormat {
         channels: header.channels,
         depth: if is_resized { Depth::F32 } else { header.depth },
@@ -122,11 +124,12 @@ fn base_bytes(order: &BaseOrder<'_>, header: Header, keeps: bool) -> u64 {
     }
 }
 
-/// Bytes of an image while it is decoded.
-fn decoded_bytes(path: Option<&Path>, header: &Header) -> u64 {
+/// Bytes of an image while it is decoded. One that is in memory already is counted as it is.
+fn decoded_bytes(image: Option<&Input>, header: &Header) -> u64 {
     let Header { channels, depth, .. } = *header;
     let decoded = bytes_of(header.size, TexelFormat { channels, depth, encoding: Encoding::Srgb });
-    let file = path.and_then(|path| path.metadata().ok()).map_or(0, |found| found.len());
+    let file = image.and_then(Input::path).and_then(|path| path.metadata().ok());
+    let file = file.map_or(0, |found| found.len());
     match header.format {
         Format::Png => decoded,
         // Channels are decoded separately, and then interleaved.
@@ -141,7 +144,8 @@ fn decoded_bytes(path: Option<&Path>, header: &Header) -> u64 {
 pub(crate) fn needed(job: &Job, target: Size, base: Option<Depth>, options: &Options) -> u64 {
     let Job { source, output } = job;
     // A pipe can be read only once.
-    if !source.metadata().is_ok_and(|found| found.is_file()) {
+    let is_file = |path: &Path| path.metadata().as_ref().is_ok_and(Metadata::is_file);
+    if !source.path().is_none_or(is_file) {
         return BANDS;
     }
     let Ok(header) = image::read_header(source) else { return BANDS };

@@ -21,6 +21,12 @@ pub trait Observer: Sync {
     fn is_cancelled(&self) -> bool {
         false
     }
+
+    /// The time since some moment, for [`Event::TextureEnded`]. No other clock is read: not every
+    /// system has one.
+    fn now(&self) -> Option<Duration> {
+        None
+    }
 }
 
 /// An observer that ignores everything.
@@ -37,7 +43,7 @@ impl dyn Observer + '_ {
         self.event(Event::Warning(&text.to_string()));
     }
 
-    /// Ends work that the caller cancelled.
+    /// Ends the work between two steps if the caller cancelled it.
     ///
     /// # Errors
     /// [`Failure::cancelled`], if it was.
@@ -103,8 +109,8 @@ pub enum Event<'a> {
         output: &'a Path,
         /// Figures on the output.
         result: std::result::Result<OutputFigures, &'a Failure>,
-        /// How long it took, without waiting for memory.
-        duration: Duration,
+        /// How long it took by the observer's clock, without waiting for memory.
+        duration: Option<Duration>,
     },
     /// The outcome of a texture, in the order of the textures.
     TextureReport {

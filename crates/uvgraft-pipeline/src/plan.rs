@@ -4,6 +4,7 @@ use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
 
 use uvgraft_io::image::Format;
+use uvgraft_io::input::Input;
 
 use crate::base_source::BaseSource;
 use crate::failure::{Blame, Failure, Result};
@@ -15,7 +16,7 @@ use crate::transfer::{Inputs, MaterialMap, Transfer};
 /// A texture to transfer and its output.
 #[derive(Debug, Clone)]
 pub(crate) struct Job {
-    pub(crate) source: PathBuf,
+    pub(crate) source: Input,
     pub(crate) output: PathBuf,
 }
 
@@ -81,13 +82,14 @@ impl Plan {
         for MaterialMap { role, source, onto } in maps {
             let extension = match &transfer.format {
                 Some(extension) => extension.clone(),
-                None => source.extension().unwrap_or_default().to_string_lossy().into_owned(),
+                None => {
+                    source.name().extension().unwrap_or_default().to_string_lossy().into_owned()
+                }
             };
             if Format::from_extension(&extension).is_none() {
                 return Err(Failure::option(format!(
-                    "{}: cannot infer the output format of the map {} from the file name; use \
+                    "{source}: cannot infer the output format of the map {} from the file name; use \
                      `format`, such as `format` png",
-                    source.display(),
                     role.name()
                 )));
             }
@@ -112,9 +114,9 @@ struct TextureJobs {
 }
 
 impl TextureJobs {
-    fn new(transfer: &Transfer, sources: &[PathBuf]) -> Result<Self> {
+    fn new(transfer: &Transfer, sources: &[Input]) -> Result<Self> {
         let output = &*transfer.output;
-        for source in sources {
+        for source in sources.iter().filter_map(Input::path) {
             // A path without an image extension usually means a missing folder.
             if Format::from_path(source).is_none() {
                 source
@@ -123,16 +125,19 @@ impl TextureJobs {
                     .map_err(|failure| failure.context(source.display()))?;
             }
         }
-        let single = sources.len() == 1 && !sources[0].is_dir();
-        if single && !output.is_dir() && !says_folder(output) {
-            return Self::single(transfer, &sources[0]);
+        if let [source] = sources
+            && folder_at(source).is_none()
+            && !output.is_dir()
+            && !says_folder(output)
+        {
+            return Self::single(transfer, source);
         }
         let is_new = is_new_folder(output, "several textures or a folder")?;
         let mut jobs = Vec::new();
         for source in sources {
-            if source.is_dir() {
-                for source in images_in(source)? {
-                    jobs.extend(job_in_folder(transfer, source)?);
+            if let Some(folder) = folder_at(source) {
+                for source in images_in(folder)? {
+                    jobs.extend(job_in_folder(transfer, source.into())?);
                 }
             } else {
                 jobs.extend(job_in_folder(transfer, source.clone())?);
@@ -155,6 +160,7 @@ impl TextureJobs {
         let is_new = is_new_folder(folder, "`manifest`")?;
         let mut jobs = Vec::new();
         list.for_each(|Listed { source, output }| {
+            let source = Input::File(source);
             jobs.extend(match output {
                 None => job_in_folder(transfer, source)?,
                 Some(name) => {
@@ -170,10 +176,10 @@ impl TextureJobs {
     }
 
     /// A texture whose output is a file.
-    fn single(transfer: &Transfer, source: &Path) -> Result<Self> {
+    fn single(transfer: &Transfer, source: &Input) -> Result<Self> {
         let output = &*transfer.output;
         check_format(transfer, output)?;
-        let job = Job { source: source.to_path_buf(), output: output.to_path_buf() };
+        let job = Job { source: source.clone(), output: output.to_path_buf() };
         let folder = output.parent().unwrap_or(Path::new("")).to_path_buf();
         let is_wanted = is_in_shard(transfer, &folder, output);
         Ok(Self { jobs: is_wanted.then_some(job).into_iter().collect(), folder, is_new: false })
@@ -189,6 +195,11 @@ fn check_format(transfer: &Transfer, name: &Path) -> Result<()> {
         )),
         _ => Ok(()),
     }
+}
+
+/// The folder that a source is.
+fn folder_at(source: &Input) -> Option<&Path> {
+    source.path().filter(|path| path.is_dir())
 }
 
 fn says_folder(output: &Path) -> bool {
@@ -212,8 +223,8 @@ fn is_new_folder(output: &Path, what: &str) -> Result<bool> {
 }
 
 /// The job of a texture whose output is named after it; `None` if it belongs to another shard.
-fn job_in_folder(transfer: &Transfer, source: PathBuf) -> Result<Option<Job>> {
-    let name = source.file_name().map(PathBuf::from).unwrap_or_default();
+fn job_in_folder(transfer: &Transfer, source: Input) -> Result<Option<Job>> {
+    let name = source.name().file_name().map(PathBuf::from).unwrap_or_default();
     let name = match &transfer.format {
         Some(format) => name.with_extension(format),
         None => name,
@@ -221,9 +232,8 @@ fn job_in_folder(transfer: &Transfer, source: PathBuf) -> Result<Option<Job>> {
     let output = transfer.output.join(&name);
     if Format::from_path(&name).is_none() {
         return Err(Failure::option(format!(
-            "{}: cannot infer the format of the output {} from the file name; use `format`, such \
-             as `format` png",
-            source.display(),
+            "{source}: cannot infer the format of the output {} from the file name; use `format`, \
+             such as `format` png",
             output.display()
         )));
     }
@@ -248,8 +258,8 @@ fn check_distinct(jobs: &[Job]) -> Result<()> {
             let [a, b] = [pair[0], pair[1]].map(|index| &jobs[index]);
             Err(Failure::input(format!(
                 "{} and {} have the same output {}",
-                a.source.display(),
-                b.source.display(),
+                a.source,
+                b.source,
                 a.output.display()
             )))
         }

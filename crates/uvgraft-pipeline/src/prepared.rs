@@ -4,8 +4,9 @@ use std::collections::HashSet;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
-use uvgraft::Size;
+use uvgraft::{Size, threads};
 use uvgraft_io::image::Format;
+use uvgraft_io::input::Input;
 
 use crate::base::Base;
 use crate::base_source::BaseSource;
@@ -31,7 +32,7 @@ use crate::unchanged::Unchanged;
 /// It owns all that it needs. Any number of threads may use it at once, those of a rayon pool
 /// included, and results do not depend on how many do: they are the files that [`Transfer::run`]
 /// writes. Threads are shared out among the calls in flight, as many as
-/// [`rayon::current_num_threads`] in the thread of a call. A call that panics returns a failure of
+/// [`threads::count`] in the thread of a call. A call that panics returns a failure of
 /// the work, and the others go on.
 pub struct PreparedTransfer {
     shared: Shared,
@@ -80,17 +81,18 @@ impl Transfer {
         let fingerprint = self.common_fingerprint().and_then(|it| it.of_batch(values, onto));
         let link = Link::read(&self.correspondence)?;
         let size = link.size(self.size)?;
-        let known = KnownTexels::read(self.source_mask.as_deref(), self.fill.as_deref())?;
-        let (blend, base) = rayon::join(
+        let known = KnownTexels::read(self.source_mask.as_ref(), self.fill.as_ref())?;
+        let (blend, base) = threads::join(
             || self.blend(&link, &known, None, observer),
             || Base::new(&self.base_order(onto, values, size), true),
         );
         let (blend, base) = (blend?, base?);
-        let inputs = self.common_inputs().into_iter().chain(onto.and_then(BaseSource::path));
+        let inputs = self.common_inputs().into_iter().chain(onto.and_then(BaseSource::as_image));
+        let files = inputs.filter_map(Input::path);
         let fingerprint = fingerprint.map_err(|error| {
-            let mut files = inputs.clone();
-            let culprit = files.find(|path| !path.is_file()).unwrap_or(self.correspondence.path());
-            Failure::input(format!("{}: {error}", culprit.display()))
+            let culprit = files.clone().find(|path| !path.is_file());
+            let culprit = culprit.unwrap_or(self.correspondence.input().name()).display();
+            Failure::input(format!("{culprit}: {error}"))
         })?;
         Ok(PreparedTransfer {
             shared: Shared {
@@ -104,7 +106,7 @@ impl Transfer {
             },
             fingerprint_text: fingerprint.text(),
             fingerprint,
-            inputs: inputs.map(resolve).collect(),
+            inputs: files.map(resolve).collect(),
             calls: Isolated::default(),
         })
     }

@@ -24,14 +24,14 @@ impl Records {
     /// Whether the output of a job exists, is unchanged since it was written, and was made from the
     /// current inputs and options.
     pub(crate) fn is_up_to_date(&self, job: &Job) -> bool {
-        self.manifest.is_made_from(&job.output, || self.shared.with_file(&job.source).ok())
+        self.manifest.is_made_from(&job.output, || self.shared.with_input(&job.source).ok())
     }
 
     /// What the output of a job is made from, to be found before the job runs. `None` for pipes,
     /// which cannot be read twice.
     pub(crate) fn made_from(&self, job: &Job) -> Option<MadeFrom> {
-        let source = Seen::before([&*job.source]);
-        let fingerprint = self.shared.with_file(&job.source).ok()?;
+        let source = Seen::before([&job.source]);
+        let fingerprint = self.shared.with_input(&job.source).ok()?;
         Some(MadeFrom { fingerprint, source })
     }
 
@@ -51,6 +51,8 @@ impl Records {
 mod tests {
     use std::fs;
 
+    use uvgraft_io::input::Input;
+
     use super::*;
 
     #[test]
@@ -61,11 +63,11 @@ mod tests {
         for path in [&source, &base, &output] {
             fs::write(path, "the same").unwrap();
         }
-        let job = Job { source: source.clone(), output };
+        let job = Job { source: Input::from(&source), output };
         let records = |base| Records {
             manifest: Manifest::open(folder.path(), None).unwrap(),
             shared: Fingerprint::new(),
-            seen: Seen::before([base]),
+            seen: Seen::before([&Input::from(base)]),
         };
         // Replaced by another file, which is replaced by one with the content from before.
         for replaced in [&source, &base] {

@@ -1,10 +1,11 @@
 //! Regions of the surface, read from files.
 
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
 use uvgraft::Choice;
 use uvgraft::blend::{BlendDomain, Growth, Selection, Side};
 use uvgraft_io::image::{self, Format};
+use uvgraft_io::input::Input;
 use uvgraft_io::{vertex_groups, vertex_list};
 
 use crate::failure::{Blame, Failure, Result};
@@ -35,13 +36,13 @@ pub enum Grow {
 }
 
 /// A part of a mesh read from a file: a vertex list (NPY, text), vertex groups (pickle, JSON), or a
-/// painted mask (an image).
+/// painted mask (an image). The extension of its name says which.
 #[derive(Debug, Clone, PartialEq, Eq, Hash)]
 pub struct RegionPart {
     /// The mesh whose vertices or layout it refers to.
     pub side: Side,
     /// The file.
-    pub path: PathBuf,
+    pub input: Input,
     /// Names of the groups; for files of vertex groups only.
     pub names: Vec<String>,
 }
@@ -56,9 +57,9 @@ impl RegionPart {
         match rest.rsplit_once('#') {
             Some((path, names)) if !Path::new(rest).exists() => {
                 let names = names.split(',').filter(|name| !name.is_empty());
-                Self { side, path: path.into(), names: names.map(str::to_owned).collect() }
+                Self { side, input: path.into(), names: names.map(str::to_owned).collect() }
             }
-            _ => Self { side, path: rest.into(), names: Vec::new() },
+            _ => Self { side, input: rest.into(), names: Vec::new() },
         }
     }
 }
@@ -70,8 +71,8 @@ impl Region {
     }
 
     /// The files that it refers to.
-    pub fn inputs(&self) -> impl Iterator<Item = &Path> {
-        self.include.iter().chain(&self.exclude).map(|part| &*part.path)
+    pub fn inputs(&self) -> impl Iterator<Item = &Input> {
+        self.include.iter().chain(&self.exclude).map(|part| &part.input)
     }
 
     /// The unit of the meshes. Reports the assumed unit if a length depends on it and none was
@@ -134,17 +135,17 @@ fn united(domain: &BlendDomain, parts: &[RegionPart]) -> Result<Option<Selection
 }
 
 fn selection(domain: &BlendDomain, part: &RegionPart) -> Result<Selection> {
-    let RegionPart { side, path, names } = part;
+    let RegionPart { side, input, names } = part;
     let mesh = domain.mesh_of(*side);
     let vertices = mesh.positions().len();
-    let extension = path.extension().unwrap_or_default().to_ascii_lowercase();
-    let name = path.display();
+    let extension = input.name().extension().unwrap_or_default().to_ascii_lowercase();
+    let name = input;
     let of_vertices = |ids: &[u32]| {
         domain.vertices(*side, ids).map_err(|error| Failure::input(format!("{name}: {error}")))
     };
     match extension.to_str().unwrap_or_default() {
         "pkl" | "pickle" | "json" => {
-            let groups = vertex_groups::read(path).or_input()?;
+            let groups = vertex_groups::read(input).or_input()?;
             if names.is_empty() {
                 let known: Vec<&str> = groups.names().collect();
                 return Err(Failure::input(format!(
@@ -166,10 +167,10 @@ fn selection(domain: &BlendDomain, part: &RegionPart) -> Result<Selection> {
             names.join(",")
         ))),
         extension if Format::from_extension(extension).is_some() => {
-            let mask = image::read(path).or_input()?.texture;
+            let mask = image::read(input).or_input()?.texture;
             domain.painted(*side, &mask).map_err(|error| Failure::input(format!("{name}: {error}")))
         }
-        "npy" | "txt" | "csv" | "" => of_vertices(&vertex_list::read(path, vertices).or_input()?),
+        "npy" | "txt" | "csv" | "" => of_vertices(&vertex_list::read(input, vertices).or_input()?),
         _ => Err(Failure::input(format!(
             "{name}: must be a vertex list (.npy, .txt), vertex groups (.pkl, .json) or a painted \
              mask ({})",
@@ -186,7 +187,7 @@ mod tests {
     fn parts_are_parsed() {
         let part = |side, path: &str, names: &[&str]| RegionPart {
             side,
-            path: path.into(),
+            input: path.into(),
             names: names.iter().map(|&name| name.to_owned()).collect(),
         };
         assert_eq!(RegionPart::parse("a.npy"), part(Side::Source, "a.npy", &[]));

@@ -1,12 +1,12 @@
 //! Executes a transfer.
 
 use std::fs::Metadata;
-use std::path::{Path, PathBuf};
+use std::path::Path;
 use std::sync::Arc;
 
-use rayon::prelude::*;
-use uvgraft::{Blend, BlendDomain, Filter, Overlap, Size, Tone};
+use uvgraft::{Blend, BlendDomain, Filter, Overlap, Size, Tone, threads};
 use uvgraft_io::image::{self, Format, Image};
+use uvgraft_io::input::Input;
 
 use crate::base::{Base, BaseOrder};
 use crate::base_source::BaseSource;
@@ -64,7 +64,7 @@ impl Transfer {
 
         let link = Arc::new(Link::read(&self.correspondence)?);
         let size = link.size(self.size)?;
-        let known = KnownTexels::read(self.source_mask.as_deref(), self.fill.as_deref())?;
+        let known = KnownTexels::read(self.source_mask.as_ref(), self.fill.as_ref())?;
         let known = Arc::new(known);
         for batch in &plan.batches {
             let order = self.base_order(batch.onto.as_ref(), batch.values, size);
@@ -74,7 +74,7 @@ impl Transfer {
             self.check_memory(batch, &link, &order, header)?;
         }
         // Decoding a base and preparing a blend take about the same time.
-        let (blend, first_base) = rayon::join(
+        let (blend, first_base) = threads::join(
             || self.blend(&link, &known, self.labelled_texture(&plan), observer),
             || plan.batches.first().map(|batch| self.base(batch, size)),
         );
@@ -108,7 +108,7 @@ impl Transfer {
                 known: Arc::clone(&known),
                 grafts: Grafts::default(),
             };
-            let first = batch.jobs.first().map_or(Path::new(""), |job| &job.source);
+            let first = batch.jobs.first().map(|job| &job.source);
             let first = (first, Analysis::new(self.mask.is_some()));
             let worker = TransferWorker { transfer: self, shared: &shared, observer, first };
             let carried = batch::run(&worker, &batch.jobs, records.as_ref())?;
@@ -213,8 +213,9 @@ impl Transfer {
 
     /// Checks that all outputs can be written, and are neither inputs nor each other.
     fn check_outputs(&self, plan: &Plan) -> Result<()> {
-        let sources = plan.jobs().map(|job| &*job.source);
-        let mut outputs = Outputs::new(self.shared_inputs(plan).into_iter().chain(sources));
+        let sources = plan.jobs().map(|job| &job.source);
+        let inputs = self.shared_inputs(plan).into_iter().chain(sources);
+        let mut outputs = Outputs::new(inputs.filter_map(Input::path).chain(self.list_path()));
         match &plan.new_folder {
             None => {
                 plan.jobs().try_for_each(|job| outputs.check_below(&plan.folder, &job.output))?;
@@ -240,7 +241,7 @@ impl Transfer {
         &self,
         link: &Link,
         known: &KnownTexels,
-        only: Option<&Path>,
+        only: Option<&Input>,
         observer: &dyn Observer,
     ) -> Result<Option<Arc<Blend>>> {
         let Some(pair) = link.pair() else { return Ok(None) };
@@ -268,7 +269,7 @@ impl Transfer {
 
     /// The material map whose labels apply to all maps, if labels matter and no label image is
     /// given.
-    pub(crate) fn labelled_map(&self) -> Option<&PathBuf> {
+    pub(crate) fn labelled_map(&self) -> Option<&Input> {
         let asks = |blending: &Blending| blending.needs_labels() && blending.labels.is_none();
         match &self.inputs {
             Inputs::Material(maps) if self.blending.as_ref().is_some_and(asks) => {
@@ -281,20 +282,25 @@ impl Transfer {
     /// The only texture, if its labels can be detected while its base is decoded: judged by file
     /// size, the base must take longer to decode than the texture does twice. If the skin of the
     /// base is needed too, both are detected together later.
-    fn labelled_texture<'a>(&self, plan: &'a Plan) -> Option<&'a Path> {
+    fn labelled_texture<'a>(&self, plan: &'a Plan) -> Option<&'a Input> {
         let asks = |blending: &Blending| {
             blending.needs_colors() && blending.tone == Tone::Base && blending.labels.is_none()
         };
         let ([batch], [job]) = (&plan.batches[..], &plan.batches.first()?.jobs[..]) else {
             return None;
         };
-        let base = batch.onto.as_ref()?.path()?;
-        // A pipe can be read only once.
-        let bytes = |path: &Path| path.metadata().ok().filter(Metadata::is_file).map(|of| of.len());
+        let base = batch.onto.as_ref()?.as_image()?;
+        let bytes = |input: &Input| match input {
+            // A pipe can be read only once.
+            Input::File(path) => {
+                path.metadata().ok().filter(Metadata::is_file).map(|file| file.len())
+            }
+            Input::Bytes { bytes, .. } => Some(bytes.len() as u64),
+        };
         let (texture, base) = (bytes(&job.source)?, bytes(base)?);
         let is_plain = self.source_mask.is_none() && self.fill.is_none() && batch.values.is_toned();
         let is_asked = self.blending.as_ref().is_some_and(asks);
-        (is_asked && is_plain && 2 * texture < base).then_some(&*job.source)
+        (is_asked && is_plain && 2 * texture < base).then_some(&job.source)
     }
 
     /// Draws the labels of the only texture.
@@ -316,9 +322,9 @@ impl Transfer {
         };
         let texture = image::read(source).or_input()?.texture;
         let domain = blend.domain();
-        let labels = domain.labels(&texture).map_err(|error| {
-            Failure::input(format!("{}: cannot detect labels: {error}", source.display()))
-        })?;
+        let labels = domain
+            .labels(&texture)
+            .map_err(|error| Failure::input(format!("{source}: cannot detect labels: {error}")))?;
         self.write_image(&labels.picture().into(), path, observer)
     }
 
@@ -365,7 +371,8 @@ impl Transfer {
             return Ok(plan.batches.iter().map(|_| None).collect());
         }
         // A missing file is reported where it is read; without a fingerprint nothing is skipped.
-        let seen = Seen::before(self.shared_inputs(plan));
+        let list = self.list_path().map(Input::from);
+        let seen = Seen::before(self.shared_inputs(plan).into_iter().chain(&list));
         let common = self.common_fingerprint().ok();
         let of_batch = |batch: &Batch| {
             let shared = common
@@ -396,12 +403,13 @@ fn check_formats(batch: &Batch, target: Size) -> Result<()> {
 /// Removes the jobs whose outputs are up to date.
 fn skip_up_to_date(batch: &mut Batch, records: &Records, observer: &dyn Observer) {
     let is_done = |job: &_| !observer.is_cancelled() && records.is_up_to_date(job);
-    let is_done: Vec<bool> = batch.jobs.par_iter().map(is_done).collect();
+    let jobs = &batch.jobs;
+    let is_done = threads::map_indices(jobs.len(), |index| is_done(&jobs[index]));
     let mut is_done = is_done.into_iter();
     batch.jobs.retain(|Job { source, output }| {
         let is_done = is_done.next().unwrap_or(false);
         if is_done {
-            observer.event(Event::TextureUpToDate { source, output });
+            observer.event(Event::TextureUpToDate { source: source.name(), output });
         }
         !is_done
     });

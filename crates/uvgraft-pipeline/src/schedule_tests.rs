@@ -80,9 +80,13 @@ fn transfers(folder: &Path) -> Vec<Transfer> {
         save(source, Size::new(150 + 10 * seed as u32, 200), seed);
     }
     save(&folder.join("base.png"), Size::new(700, 1500), 9);
-    let base = || Some(BaseSource::Image(folder.join("base.png")));
+    let base = || Some(BaseSource::image(folder.join("base.png")));
     let transfer = |sources: &[PathBuf], onto, output: &str| {
-        let inputs = Inputs::Textures { sources: sources.to_vec(), onto, values: Values::Color };
+        let inputs = Inputs::Textures {
+            sources: sources.iter().map(Into::into).collect(),
+            onto,
+            values: Values::Color,
+        };
         Transfer::new(folder.join("my.uvpair"), inputs, folder.join(output))
     };
     let mut batch = transfer(&sources, base(), "batch");

@@ -4,6 +4,7 @@ use std::path::Path;
 
 use uvgraft::Texture;
 use uvgraft_io::image::{BandDecoder, BandReader, TextureSpec};
+use uvgraft_io::input::Input;
 
 use crate::failure::{Blame, Failure, Result};
 
@@ -22,6 +23,15 @@ pub(crate) enum Source<'a> {
 pub(crate) enum OpenSource<'a> {
     File(BandReader),
     Bytes { name: &'a Path, decoder: BandDecoder<'a> },
+}
+
+impl<'a> From<&'a Input> for Source<'a> {
+    fn from(input: &'a Input) -> Self {
+        match input {
+            Input::File(path) => Self::File(path),
+            Input::Bytes { name, bytes } => Self::Bytes { name, bytes },
+        }
+    }
 }
 
 impl<'a> Source<'a> {

@@ -4,6 +4,10 @@ use std::any::Any;
 use std::sync::mpsc::sync_channel;
 use std::thread::{Builder, Scope, ScopedJoinHandle};
 
+#[cfg(feature = "threads")]
+use crate::failure::Blame;
+use crate::failure::Failure;
+
 /// Starts a thread that works on `state`; returns the state if there are no more threads, for the
 /// caller to work on it itself.
 ///
@@ -30,10 +34,37 @@ pub(crate) fn start<'scope, T: Send + 'scope>(
     scope: &'scope Scope<'scope, '_>,
     work: impl FnOnce() -> T + Send + 'scope,
 ) -> Option<ScopedJoinHandle<'scope, T>> {
-    if disturbance::keeps_threads_from_starting() {
+    if cfg!(not(feature = "threads")) || disturbance::keeps_threads_from_starting() {
         return None;
     }
     Builder::new().spawn_scoped(scope, work).ok()
+}
+
+/// A pool of threads, the calling thread among them; of it alone if no others start.
+#[cfg(feature = "threads")]
+pub(crate) fn pool(threads: usize) -> Result<rayon::ThreadPool, Failure> {
+    let pool =
+        |threads| rayon::ThreadPoolBuilder::new().num_threads(threads).use_current_thread().build();
+    pool(threads)
+        .or_else(|_| pool(1))
+        .or_work()
+        .map_err(|failure| failure.context("cannot start threads"))
+}
+
+/// The calling thread alone.
+#[cfg(not(feature = "threads"))]
+pub(crate) struct CallingThread;
+
+#[cfg(not(feature = "threads"))]
+impl CallingThread {
+    pub(crate) fn install<T>(&self, work: impl FnOnce() -> T) -> T {
+        work()
+    }
+}
+
+#[cfg(not(feature = "threads"))]
+pub(crate) fn pool(_threads: usize) -> Result<CallingThread, Failure> {
+    Ok(CallingThread)
 }
 
 /// The message of a panic.

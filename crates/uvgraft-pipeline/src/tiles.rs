@@ -12,6 +12,7 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
 
 use uvgraft::{Tile, TileAtlas};
+use uvgraft_io::input::Input;
 use uvgraft_io::output::{AtomicFile, TemporaryFolder};
 use uvgraft_io::pair_file::{self, PairFile};
 
@@ -39,23 +40,15 @@ impl Transfer {
     /// Whether textures have an image for each tile. Numbers in file names count where the pair has
     /// links in all tiles that they name.
     pub(crate) fn is_tiled(&self) -> Result<bool> {
-        let (sources, bases): (Vec<&Path>, Vec<&BaseSource>) = match &self.inputs {
-            Inputs::Textures { sources, onto, .. } => {
-                (sources.iter().map(PathBuf::as_path).collect(), onto.iter().collect())
-            }
-            Inputs::Listed { onto, .. } => (Vec::new(), onto.iter().collect()),
-            Inputs::Material(maps) => (
-                maps.iter().map(|map| &*map.source).collect(),
-                maps.iter().filter_map(|map| map.onto.as_ref()).collect(),
-            ),
-        };
-        let bases = bases.into_iter().filter_map(BaseSource::path);
+        let (sources, bases) = self.images();
+        // Names of bytes are only for messages.
+        let paths = || sources.iter().filter_map(|source| source.path());
+        let bases = bases.into_iter().filter_map(Input::path);
         let outputs = std::iter::once(&*self.output).chain(self.mask.as_deref());
-        if sources.iter().copied().chain(bases).chain(outputs).any(has_placeholder) {
+        if paths().chain(bases).chain(outputs).any(has_placeholder) {
             return Ok(true);
         }
-        let numbers: Vec<Tile> =
-            sources.iter().filter_map(|path| numbered(path)).map(|it| it.1).collect();
+        let numbers: Vec<Tile> = paths().filter_map(numbered).map(|it| it.1).collect();
         let Correspondence::Pair(pair) = &self.correspondence else { return Ok(false) };
         if numbers.is_empty() || numbers.len() < sources.len() {
             return Ok(false);
@@ -67,17 +60,32 @@ impl Transfer {
             && numbers.iter().all(|it| read.contains(it)))
     }
 
+    /// The textures and bases that are not in a list.
+    fn images(&self) -> (Vec<&Input>, Vec<&Input>) {
+        let (sources, bases): (_, Vec<&BaseSource>) = match &self.inputs {
+            Inputs::Textures { sources, onto, .. } => {
+                (sources.iter().collect(), onto.iter().collect())
+            }
+            Inputs::Listed { onto, .. } => (Vec::new(), onto.iter().collect()),
+            Inputs::Material(maps) => (
+                maps.iter().map(|map| &map.source).collect(),
+                maps.iter().filter_map(|map| map.onto.as_ref()).collect(),
+            ),
+        };
+        (sources, bases.into_iter().filter_map(BaseSource::as_image).collect())
+    }
+
     /// As [`Transfer::run`], tile by tile.
     pub(crate) fn run_tiled(&self, observer: &dyn Observer) -> Result<Transferred> {
         self.check_tiled()?;
-        let Correspondence::Pair(pair_path) = &self.correspondence else {
+        let Correspondence::Pair(pair) = &self.correspondence else {
             return Err(Failure::option(format!(
                 "{PLACEHOLDER} cannot be used with `with_map`: a map has no tiles"
             )));
         };
         let grouped = self.with_patterns()?;
         let plan = Plan::new(&grouped)?;
-        let file = pair_file::read(pair_path).or_input()?;
+        let file = pair_file::read(pair).or_input()?;
         let filled: BTreeSet<Tile> =
             file.pair.tiles(self.direction).map(|(_, [_, filled])| filled).collect();
         let jobs = grouped.tiled_jobs(&plan, &filled)?;
@@ -108,8 +116,7 @@ impl Transfer {
         if done.failures.is_empty() {
             if written.is_empty() {
                 return Err(Failure::input(format!(
-                    "{}: no links between the tiles of the textures and those of the outputs",
-                    pair_path.display()
+                    "{pair}: no links between the tiles of the textures and those of the outputs"
                 )));
             }
             done.written = written.iter().filter(|(_, is_texture)| *is_texture).count();
@@ -128,7 +135,10 @@ impl Transfer {
     fn check_tiled(&self) -> Result<()> {
         let blending = self.blending.as_ref();
         let is_material = matches!(self.inputs, Inputs::Material(_));
+        let (sources, bases) = self.images();
+        let is_in_memory = sources.iter().chain(&bases).any(|image| image.path().is_none());
         let ruled_out = [
+            (is_in_memory, "images in memory"),
             (self.source_mask.is_some(), "`source_mask`"),
             (self.fill.is_some(), "`fill`"),
             (blending.is_some_and(|it| it.skin.is_some()), "`skin`"),
@@ -155,10 +165,10 @@ impl Transfer {
         match &mut grouped.inputs {
             Inputs::Textures { sources, .. } => {
                 // With a placeholder anywhere, every other name means what it says.
-                let is_numbered = sources.iter().all(|path| numbered(path).is_some());
+                let is_numbered = sources.iter().all(|source| numbered(source.name()).is_some());
                 if is_numbered && sources.len() > 1 {
                     let mut patterns: BTreeMap<PathBuf, BTreeSet<&Path>> = BTreeMap::new();
-                    for path in sources.iter() {
+                    for path in sources.iter().map(Input::name) {
                         // A missing file is an error, other than a missing image of a pattern.
                         path.metadata().or_input().map_err(|it| it.context(path.display()))?;
                         patterns.entry(as_pattern(path)).or_default().insert(path);
@@ -176,7 +186,7 @@ impl Transfer {
                             )));
                         }
                     }
-                    let patterns = patterns.into_keys().collect();
+                    let patterns = patterns.into_keys().map(Input::File).collect();
                     *sources = patterns;
                 }
             }
@@ -204,17 +214,17 @@ impl Transfer {
                 let outputs = names::of_tiles(output, filled, is_folder)?;
                 let base = |tile: Tile| -> Result<Option<BaseSource>> {
                     Ok(match &batch.onto {
-                        Some(BaseSource::Image(path))
+                        Some(BaseSource::Image(Input::File(path)))
                             if outputs.len() > 1 || has_placeholder(path) =>
                         {
-                            Some(BaseSource::Image(with_placeholder(path)?.of(tile)))
+                            Some(BaseSource::image(with_placeholder(path)?.of(tile)))
                         }
                         onto => onto.clone(),
                     })
                 };
                 let bases =
                     outputs.keys().map(|&tile| Ok((tile, base(tile)?))).collect::<Result<_>>()?;
-                let source = TiledSource::find(source)?;
+                let source = TiledSource::find(source.name())?;
                 jobs.push(TiledJob { values: batch.values, role, source, outputs, bases });
             }
         }
@@ -230,7 +240,8 @@ impl Transfer {
         let bases = jobs.iter().flat_map(|job| job.bases.values());
         let bases = bases.filter_map(|base| base.as_ref()?.path());
         let sources = jobs.iter().flat_map(|job| job.source.files().values().map(PathBuf::as_path));
-        let inputs = std::iter::once(self.correspondence.path()).chain(self.region.inputs());
+        let inputs = std::iter::once(self.correspondence.input()).chain(self.region.inputs());
+        let inputs = inputs.filter_map(Input::path);
         let mut outputs = Outputs::new(inputs.chain(bases).chain(sources));
         match &plan.new_folder {
             None => (jobs.iter().flat_map(|job| job.outputs.values()))
@@ -262,8 +273,8 @@ impl Transfer {
         let pair = PairFile { pair: pair.into(), ..file.clone() };
         pair_file::write(&pair, &pair_path).or_work()?;
         let mut inner = self.clone();
-        inner.correspondence = Correspondence::Pair(pair_path);
-        let (source, onto) = (step.texture.to_path_buf(), job.bases[&step.tile].clone());
+        inner.correspondence = Correspondence::Pair(pair_path.into());
+        let (source, onto) = (Input::from(step.texture), job.bases[&step.tile].clone());
         let extension = step.output.extension().unwrap_or_default();
         let name = |stem: &str| folder.join(stem).with_extension(extension);
         let made = match job.role {

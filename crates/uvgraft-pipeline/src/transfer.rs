@@ -1,12 +1,13 @@
 //! The request and the result of a transfer between files.
 
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 use std::sync::Arc;
 
 use uvgraft::{
     Averaging, Blend, Direction, Filter, FitOptions, MapOptions, NormalOptions, Overlap, Size,
 };
 use uvgraft_io::image::WriteOptions;
+use uvgraft_io::input::Input;
 use uvgraft_io::pair_file::PairFile;
 
 use crate::base_source::BaseSource;
@@ -21,18 +22,18 @@ use crate::texture_list::TextureList;
 #[derive(Debug, Clone, PartialEq, Eq, Hash)]
 pub enum Correspondence {
     /// A pair file.
-    Pair(PathBuf),
+    Pair(Input),
     /// A map in a format of other tools: [`uvgraft_io::sampling_map::read`]. It determines the size
     /// of results. It knows no meshes: there is no region, no blending, no fit, no other direction,
     /// and normal maps cannot be transferred.
-    Map(PathBuf),
+    Map(Input),
 }
 
 impl Correspondence {
     /// The file.
-    pub fn path(&self) -> &Path {
+    pub fn input(&self) -> &Input {
         match self {
-            Self::Pair(path) | Self::Map(path) => path,
+            Self::Pair(input) | Self::Map(input) => input,
         }
     }
 }
@@ -42,8 +43,8 @@ impl Correspondence {
 pub enum Inputs {
     /// Textures that share one base.
     Textures {
-        /// Image files, and folders of them.
-        sources: Vec<PathBuf>,
+        /// Images, and folders of them. Outputs in a folder are named after them.
+        sources: Vec<Input>,
         /// Their base; without one, [`Transfer::size`] is required.
         onto: Option<BaseSource>,
         /// What their values mean.
@@ -67,8 +68,8 @@ pub enum Inputs {
 pub struct MaterialMap {
     /// Its role; the output is named after it.
     pub role: Role,
-    /// The image file.
-    pub source: PathBuf,
+    /// The image.
+    pub source: Input,
     /// Its base; without one, [`Transfer::size`] is required.
     pub onto: Option<BaseSource>,
 }
@@ -118,9 +119,9 @@ pub struct Transfer {
     /// How textures are blended in; without it and without a region, they are pasted as they are.
     pub blending: Option<Blending>,
     /// The trusted texels of textures: an image, white on black, in their layout.
-    pub source_mask: Option<PathBuf>,
+    pub source_mask: Option<Input>,
     /// A mean texture, in the layout of the textures, for unseen areas.
-    pub fill: Option<PathBuf>,
+    pub fill: Option<Input>,
     /// Extension of the outputs if there are several; by default that of each source.
     pub format: Option<String>,
     /// How results are encoded.
@@ -168,9 +169,20 @@ impl Transferred {
     }
 }
 
+impl Inputs {
+    /// Textures that share one base, by default with colours.
+    pub fn textures<S: Into<Input>>(
+        sources: impl IntoIterator<Item = S>,
+        onto: impl Into<Option<BaseSource>>,
+    ) -> Self {
+        let sources = sources.into_iter().map(Into::into).collect();
+        Self::Textures { sources, onto: onto.into(), values: Values::default() }
+    }
+}
+
 impl Transfer {
     /// A transfer by a pair file, with default options.
-    pub fn new(pair: impl Into<PathBuf>, inputs: Inputs, output: impl Into<PathBuf>) -> Self {
+    pub fn new(pair: impl Into<Input>, inputs: Inputs, output: impl Into<PathBuf>) -> Self {
         Self::by(Correspondence::Pair(pair.into()), inputs, output)
     }
 

@@ -1,9 +1,9 @@
 //! Transfers the textures of a batch.
 
 use std::panic::{AssertUnwindSafe, catch_unwind};
-use std::path::Path;
 
 use uvgraft::Texture;
+use uvgraft_io::input::Input;
 
 use crate::carry::{Analysis, Call, Outcome};
 use crate::failure::{Failure, Result};
@@ -20,8 +20,8 @@ pub(crate) struct TransferWorker<'a> {
     pub(crate) transfer: &'a Transfer,
     pub(crate) shared: &'a Shared,
     pub(crate) observer: &'a dyn Observer,
-    /// The first texture to be transferred, and its analysis.
-    pub(crate) first: (&'a Path, Analysis),
+    /// The first texture to be transferred, if there is one, and its analysis.
+    pub(crate) first: (Option<&'a Input>, Analysis),
 }
 
 impl TransferWorker<'_> {
@@ -32,16 +32,16 @@ impl TransferWorker<'_> {
         let (first, analysis) = &self.first;
         let carry = || {
             self.shared.carry(&Call {
-                source: Source::File(&job.source),
+                source: Source::from(&job.source),
                 target: Target::File(&job.output),
                 alone,
-                analysis: (*first == job.source).then_some(analysis),
+                analysis: (*first == Some(&job.source)).then_some(analysis),
                 observer: self.observer,
             })
         };
         // A panic would be a bug, and should not cost the other textures.
         catch_unwind(AssertUnwindSafe(carry)).unwrap_or_else(|panic| {
-            let (source, text) = (job.source.display(), text_of(&*panic));
+            let (source, text) = (&job.source, text_of(&*panic));
             Outcome::from(Failure::work(format!("{source}: internal error: {text}")))
         })
     }

@@ -89,7 +89,7 @@ impl Desk {
             let Inputs::Textures { sources: all, .. } = &mut transfer.inputs else {
                 unreachable!()
             };
-            *all = sources.iter().map(|source| self.path(source)).collect();
+            *all = sources.iter().map(|source| self.path(source).into()).collect();
             transfer.output = self.path(output);
             transfer
         };
@@ -198,7 +198,7 @@ fn of_any_format_onto_images_of_any_format() {
         ("base.exr", Channels::Rgb, Depth::F32),
     ] {
         desk.save(base, texture(BASE, channels, depth, 3));
-        let base = BaseSource::Image(desk.path(base));
+        let base = BaseSource::image(desk.path(base));
         for format in ["png", "jpg", "tif"] {
             // JPEG has no alpha, and TIFF no segments.
             if format == "jpg" && channels.has_alpha() || format == "tif" && depth != Depth::F32 {
@@ -242,7 +242,7 @@ fn with_any_options() {
         }),
     ];
     for (name, change) in changes {
-        let mut transfer = desk.onto(BaseSource::Image(desk.path("base.png")), "png");
+        let mut transfer = desk.onto(BaseSource::image(desk.path("base.png")), "png");
         change(&mut transfer);
         let sources = if name == "fit" { &sources[..2] } else { &sources };
         desk.compare(name, &transfer, sources);
@@ -250,8 +250,8 @@ fn with_any_options() {
     // Known in part only: results get an alpha channel from the mask.
     let mask = texture(Size::square(64), Channels::Grey, Depth::U8, 9);
     desk.save("mask.png", mask);
-    let mut transfer = desk.onto(BaseSource::Image(desk.path("base.png")), "png");
-    transfer.source_mask = Some(desk.path("mask.png"));
+    let mut transfer = desk.onto(BaseSource::image(desk.path("base.png")), "png");
+    transfer.source_mask = Some(desk.path("mask.png").into());
     desk.compare("mask", &transfer, &sources[..3]);
 }
 
@@ -269,7 +269,7 @@ fn with_tone() {
         desk.save(name, paint_head(&figure, Size::square(side)));
     }
     for tone in [uvgraft::Tone::Base, uvgraft::Tone::Source, uvgraft::Tone::Both] {
-        let mut transfer = desk.onto(BaseSource::Image(desk.path("base.png")), "png");
+        let mut transfer = desk.onto(BaseSource::image(desk.path("base.png")), "png");
         let mut blending = Blending::default();
         blending.membrane = true;
         blending.match_skin = true;

@@ -54,8 +54,8 @@ impl Desk {
 
     fn transfer(&self, sources: &[&str], output: &str) -> Transfer {
         let inputs = Inputs::Textures {
-            sources: sources.iter().map(|name| self.path(name)).collect(),
-            onto: Some(BaseSource::Image(self.path("base.png"))),
+            sources: sources.iter().map(|name| self.path(name).into()).collect(),
+            onto: Some(BaseSource::image(self.path("base.png"))),
             values: Values::Albedo,
         };
         Transfer::new(self.path("demo.uvpair"), inputs, self.path(output))
@@ -203,18 +203,18 @@ fn what_belongs_to_a_whole_run_is_refused() {
         &|it| it.correspondence = uvgraft_pipeline::Correspondence::Pair("no.uvpair".into()),
         "no",
     );
-    let onto = |name: &str| Some(BaseSource::Image(desk.path(name)));
+    let onto = |name: &str| Some(BaseSource::image(desk.path(name)));
     let with_base = |name: &'static str| {
         move |transfer: &mut Transfer, onto: Option<BaseSource>| {
             let Inputs::Textures { onto: base, .. } = &mut transfer.inputs else { unreachable!() };
-            *base = onto.or(Some(BaseSource::Image(name.into())));
+            *base = onto.or(Some(BaseSource::image(name)));
         }
     };
     refused(&|it| with_base("")(it, onto("base_<UDIM>.png")), "image for each tile");
     refused(&|it| with_base("none.png")(it, None), "none.png");
     refused(
         &|it| {
-            let (role, source) = (Role::named("albedo").unwrap(), desk.path("a.png"));
+            let (role, source) = (Role::named("albedo").unwrap(), desk.path("a.png").into());
             it.inputs = Inputs::Material(vec![MaterialMap { role, source, onto: None }]);
         },
         "single textures",

@@ -53,8 +53,8 @@ impl Desk {
 
     fn transfer(&self, sources: &[&str], output: &str) -> Transfer {
         let inputs = Inputs::Textures {
-            sources: sources.iter().map(|name| self.path(name)).collect(),
-            onto: Some(BaseSource::Image(self.path("base.png"))),
+            sources: sources.iter().map(|name| self.path(name).into()).collect(),
+            onto: Some(BaseSource::image(self.path("base.png"))),
             values: Values::Albedo,
         };
         Transfer::new(self.path("my.uvpair"), inputs, self.path(output))
@@ -197,8 +197,9 @@ fn failures_say_whose_fault_they_are() {
         assert!(!desk.path("out.png").exists());
         failure.to_string()
     };
-    let missing =
-        fails(&|transfer| transfer.correspondence = Correspondence::Pair(desk.path("none.uvpair")));
+    let missing = fails(&|transfer| {
+        transfer.correspondence = Correspondence::Pair(desk.path("none.uvpair").into())
+    });
     assert!(missing.contains("none.uvpair: "), "{missing}");
     let folder = fails(&|transfer| transfer.output = desk.path("none/out.png"));
     assert!(folder.contains("does not exist"), "{folder}");
@@ -244,10 +245,10 @@ fn fits_and_materials() {
 
     let map = |role, onto| MaterialMap {
         role: Role::named(role).unwrap(),
-        source: desk.path("a.png"),
+        source: desk.path("a.png").into(),
         onto,
     };
-    let base = BaseSource::Image(desk.path("base.png"));
+    let base = BaseSource::image(desk.path("base.png"));
     let maps = vec![map("albedo", Some(base)), map("roughness", None)];
     let mut transfer =
         Transfer::new(desk.path("my.uvpair"), Inputs::Material(maps), desk.path("material"));

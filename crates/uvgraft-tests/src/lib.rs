@@ -25,7 +25,7 @@ pub mod strip;
 pub mod synthetic;
 pub mod walkers;
 
-/// Runs the example on the book's library page as a doc test.
+/// Runs the examples on the book's library page as a doc test.
 #[cfg(doctest)]
 #[doc = include_str!("../../../docs/src/library.md")]
 pub struct LibraryPage;

@@ -82,10 +82,7 @@ pub(super) fn dress<'a>(
     observer: &'a dyn Observer,
 ) -> Result<Dressed<'a>> {
     let path = &*face.name;
-    let known = KnownTexels::read(
-        request.source_mask.as_ref().and_then(|i| i.path()),
-        request.fill.as_ref().and_then(|i| i.path()),
-    )?;
+    let known = KnownTexels::read(request.source_mask.as_ref(), request.fill.as_ref())?;
     let known = known.with_default_mask(face.confidence, path);
     let face = known.complete(face.texture, Values::Albedo, path)?;
     let how = request.blending.clone().of_avatar();

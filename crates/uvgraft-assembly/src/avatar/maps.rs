@@ -76,7 +76,7 @@ impl MaterialOptions {
         };
         let base = match map.onto {
             Some(BaseSource::Image(image)) => {
-                let base = read(&image.into())?;
+                let base = read(image)?;
                 let size = map_transfer.limited(base.size());
                 let base = base.resized(size, Filter::Bilinear, Averaging::Encoded).or_input()?;
                 if map.role == MapRole::Normal { self.upward(base) } else { base }

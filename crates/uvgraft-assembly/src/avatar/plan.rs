@@ -77,16 +77,19 @@ impl AvatarRequest {
     }
 
     fn read<'a>(&'a self, frames: Option<&'a Frames>) -> impl Iterator<Item = &'a Input> {
+        let base_maps = self.materials.base_maps.iter().map(|(_, base)| base);
         [&self.pair, &self.face]
             .into_iter()
             .flatten()
             .chain(frames.into_iter().flat_map(Frames::inputs))
+            .chain(self.onto.iter().chain(base_maps).filter_map(BaseSource::as_image))
             .chain(self.materials.maps.iter().map(|(_, map)| map))
             .chain(self.model())
             .chain(&self.expressions)
             .chain(&self.motions.recordings)
             .chain(self.blending.inputs())
             .chain([&self.source_mask, &self.fill].into_iter().flatten())
+            .chain(self.region.inputs())
             .chain(self.betas.iter().filter_map(|betas| betas.input()))
             .chain(&self.photo_options.head_texture)
     }

@@ -18,7 +18,7 @@ use anyhow::Context;
 use uvgraft::{Anatomy, BlendDomain, Direction};
 use uvgraft_io::{image, pair_file};
 use uvgraft_metrics::seams::{Offset, SeamOptions, measure};
-use uvgraft_pipeline::{Length, Outputs, Unit};
+use uvgraft_pipeline::{Input, Length, Outputs, Unit};
 
 use crate::failure::{Notes, OrBadInput};
 use crate::heading;
@@ -103,8 +103,9 @@ pub(crate) fn run(args: &Args) -> anyhow::Result<ExitCode> {
     if let Some(picture) = &args.picture {
         check_name(picture, "a picture of seams")?;
         let inputs = [&*args.pair, &*args.texture].into_iter();
-        let parts = args.region.region();
-        let inputs = inputs.chain(args.tone.inputs()).chain(parts.inputs());
+        let region = args.region.region();
+        let parts = region.inputs().filter_map(Input::path);
+        let inputs = inputs.chain(args.tone.inputs()).chain(parts);
         Outputs::new(inputs).check(picture)?;
     }
     let file = pair_file::read(&args.pair).or_bad_input()?;

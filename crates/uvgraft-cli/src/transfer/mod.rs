@@ -14,8 +14,8 @@ use uvgraft_assembly::drawing::check_name;
 use uvgraft_assembly::pair_picture;
 use uvgraft_io::image::{Format, WriteOptions};
 use uvgraft_pipeline::{
-    BaseSource, Correspondence, Existing, Inputs, MaterialMap, Role, Shard, TextureList, Transfer,
-    Values,
+    BaseSource, Correspondence, Existing, Input, Inputs, MaterialMap, Role, Shard, TextureList,
+    Transfer, Values,
 };
 
 use crate::blending::BlendArgs;
@@ -263,8 +263,8 @@ impl Args {
         transfer.fit = self.fit.then(|| FitOptions::default().max_steps(self.fit_steps));
         transfer.region = self.region.region();
         transfer.blending = self.blending.blending_if_any(&transfer.region, self.gutter);
-        transfer.source_mask.clone_from(&self.blending.source_mask);
-        transfer.fill.clone_from(&self.blending.fill);
+        transfer.source_mask = self.blending.source_mask.as_ref().map(Input::from);
+        transfer.fill = self.blending.fill.as_ref().map(Input::from);
         transfer.format.clone_from(&self.format);
         transfer.write = WriteOptions::default().compress(self.compress).jpeg_quality(self.quality);
         transfer.mask.clone_from(&self.mask);
@@ -291,7 +291,7 @@ impl Args {
     /// The pair or the map.
     fn correspondence(&self) -> anyhow::Result<Correspondence> {
         match (&self.with_map, &self.pair) {
-            (None, Some(pair)) => Ok(Correspondence::Pair(pair.clone())),
+            (None, Some(pair)) => Ok(Correspondence::Pair(pair.into())),
             (None, None) => Err(bad_input("a pair file or --with-map is required")),
             (Some(_), Some(first)) if !self.maps.is_empty() => Err(bad_input(format!(
                 "--with-map and --map leave nothing for {}: leave it out",
@@ -303,7 +303,7 @@ impl Args {
                     first.display()
                 )))
             }
-            (Some(map), _) => Ok(Correspondence::Map(map.clone())),
+            (Some(map), _) => Ok(Correspondence::Map(map.into())),
         }
     }
 
@@ -323,7 +323,10 @@ impl Args {
             let values = if self.data { Values::Data } else { Values::Albedo };
             let sources = self.sources();
             return match (&self.manifest, sources.first()) {
-                (None, _) => Ok(Inputs::Textures { sources, onto, values }),
+                (None, _) => {
+                    let sources = sources.into_iter().map(Input::File).collect();
+                    Ok(Inputs::Textures { sources, onto, values })
+                }
                 (Some(list), None) => Ok(Inputs::Listed { list: list_at(list), onto, values }),
                 // With a map, no other argument is a pair.
                 (Some(_), Some(first)) => Err(bad_input(format!(
@@ -358,7 +361,7 @@ impl Args {
             if of_role.next().is_some() {
                 return Err(bad_input(format!("--onto {}: role given twice", map.role)));
             }
-            let (role, source) = (Role::named(&map.role)?, PathBuf::from(&map.file));
+            let (role, source) = (Role::named(&map.role)?, Input::from(&map.file));
             Ok(MaterialMap { role, source, onto })
         });
         Ok(Inputs::Material(maps.collect::<anyhow::Result<_>>()?))

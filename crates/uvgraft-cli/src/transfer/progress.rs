@@ -4,6 +4,7 @@
 use std::collections::HashMap;
 use std::path::{Path, PathBuf};
 use std::sync::{Mutex, PoisonError};
+use std::time::{Duration, Instant};
 
 use indicatif::ProgressBar;
 use uvgraft_pipeline::{Event, Observer, Shard};
@@ -16,6 +17,7 @@ use crate::transfer::rows::Rows;
 
 /// Prints the progress of a transfer.
 pub(super) struct Progress {
+    start: Instant,
     state: Mutex<State>,
 }
 
@@ -31,7 +33,7 @@ impl Progress {
     pub(super) fn new(rows: Option<Rows>, shard: Option<Shard>) -> Self {
         let (textures, fits) = (ProgressBar::hidden(), HashMap::new());
         let state = State { textures, fits, rows, shard };
-        Self { state: Mutex::new(state) }
+        Self { start: Instant::now(), state: Mutex::new(state) }
     }
 }
 
@@ -109,5 +111,9 @@ fn print(text: &str) {
 impl Observer for Progress {
     fn event(&self, event: Event<'_>) {
         self.state.lock().unwrap_or_else(PoisonError::into_inner).show(event);
+    }
+
+    fn now(&self) -> Option<Duration> {
+        Some(self.start.elapsed())
     }
 }

@@ -69,7 +69,7 @@ impl Row {
             }
             Event::TextureEnded { source, output, result, duration } => {
                 let mut row = Self::new(source, output, "written");
-                row.ms = Some(milliseconds(duration));
+                row.ms = duration.map(milliseconds);
                 match result {
                     Ok(figures) => {
                         row.boundary_delta_e = figures.boundary_delta_e;

@@ -303,6 +303,7 @@ fn external_parts_are_embedded() {
     let beside = strip.with("/images/0/uri", "../skin.png".into());
     std::fs::write(&path, beside.json.to_string()).unwrap();
     let refused = whole(&path).unwrap_err().to_string();
+    assert_eq!(whole(Input::bytes("me.glb", &*glb)).unwrap(), glb);
     std::fs::remove_dir_all(&folder).unwrap();
     assert!(
         refused.contains("me.gltf") && refused.contains("must be in the model's folder or below"),

@@ -248,7 +248,12 @@ mod tests {
     #[test]
     fn only_what_is_asked_for_is_read() {
         let (_folder, path) = file("a.npz");
-        let mut file = ArrayFile::open(&path).unwrap();
+        only_what_is_asked_for(&path.clone().into());
+        only_what_is_asked_for(&Input::bytes("a.npz", std::fs::read(&path).unwrap()));
+    }
+
+    fn only_what_is_asked_for(input: &Input) {
+        let mut file = ArrayFile::open(input).unwrap();
         let mut shapes = Vec::new();
         let some = file.read(|name, shape| {
             shapes.push((name.to_owned(), shape.to_vec()));

@@ -110,8 +110,12 @@ fn the_newest_texture_of_a_workspace_is_read() {
     assert_eq!(newest().others, 5);
     // A baking folder, and a dump by itself.
     assert!(find(at("baking")).unwrap().file.ends_with("010_tex_dump.pth"));
-    let one = read(at("baking/dump_texture/010_tex_dump.pth"), 2).unwrap();
-    assert_eq!(one.texture.color.get(1, 0, 1), 0.5);
+    let dump = at("baking/dump_texture/010_tex_dump.pth");
+    let bytes = Input::bytes("dump", std::fs::read(&dump).unwrap());
+    for input in [Input::from(&dump), bytes] {
+        let one = read(&input, 2).unwrap();
+        assert_eq!((one.texture.color.get(1, 0, 1), &*one.file), (0.5, input.name()));
+    }
     let missing = read(at("none.pth"), 2).unwrap_err().to_string();
     assert!(missing.contains("none.pth"), "{missing}");
 }

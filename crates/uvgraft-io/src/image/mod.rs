@@ -40,10 +40,11 @@ mod segments;
 mod tiff;
 mod webp;
 
+use std::borrow::Cow;
 use std::io::{BufRead, BufReader, Cursor, Seek, SeekFrom, Write};
 use std::path::Path;
 
-use uvgraft::texture::{Texels, Texture};
+use uvgraft::texture::{Size, Texels, Texture};
 
 pub use self::band_reader::{BandDecoder, BandReader};
 pub use self::band_writer::{BandEncoder, BandWriter, check_size};
@@ -68,9 +69,36 @@ pub struct Image {
     pub icc: Option<Vec<u8>>,
 }
 
+impl Image {
+    /// Width and height.
+    pub fn size(&self) -> Size {
+        self.texture.size()
+    }
+}
+
 impl From<Texture> for Image {
     fn from(texture: Texture) -> Self {
         Self { texture, icc: None }
+    }
+}
+
+impl AsRef<Texture> for Image {
+    fn as_ref(&self) -> &Texture {
+        &self.texture
+    }
+}
+
+/// Images can be given to a [`Graft`](uvgraft::Graft) as textures are.
+impl<'t> From<&'t Image> for Cow<'t, Texture> {
+    fn from(image: &'t Image) -> Self {
+        Cow::Borrowed(&image.texture)
+    }
+}
+
+/// As for a borrowed image; the graft may use its memory.
+impl From<Image> for Cow<'_, Texture> {
+    fn from(image: Image) -> Self {
+        Cow::Owned(image.texture)
     }
 }
 
@@ -195,20 +223,12 @@ pub fn decode_header(bytes: &[u8]) -> Result<Header, ImageError> {
 }
 
 /// The focal length of a photo's camera in pixels of the upright image, by its EXIF data; `None` if
-/// they don't say, or are damaged.
+/// they don't say, or are damaged. [`open`] gives it for files, with the texels.
 ///
 /// It is that of JPEG, PNG, WebP and TIFF files with the focal length on 35 mm film
 /// (`FocalLengthIn35mmFilm`, taken to have the same diagonal field of view), or with the actual one
 /// and the resolution of the sensor (`FocalLength`, `FocalPlaneXResolution`). The image may have
 /// been scaled, but not cropped.
-///
-/// # Errors
-/// As [`open`].
-pub fn read_focal_length_px(input: impl Into<Input>) -> Result<Option<f64>, ReadError> {
-    Ok(open(input)?.focal_length_px())
-}
-
-/// The focal length of a photo in memory; see [`read_focal_length_px`].
 ///
 /// # Errors
 /// As [`decode_header`].

@@ -1,6 +1,7 @@
 //! Events of a transfer between temporary files, told with the names that users know.
 
 use std::path::{Path, PathBuf};
+use std::time::Duration;
 
 use crate::failure::Failure;
 use crate::observer::{Event, Observer};
@@ -74,5 +75,9 @@ impl Observer for Renamed<'_> {
 
     fn is_cancelled(&self) -> bool {
         self.observer.is_cancelled()
+    }
+
+    fn now(&self) -> Option<Duration> {
+        self.observer.now()
     }
 }

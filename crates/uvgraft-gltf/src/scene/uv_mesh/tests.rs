@@ -261,6 +261,13 @@ fn buffers_may_be_external() {
     assert!(error.contains("me.gltf: buffer 0: ") && error.contains("parts.bin"), "{error}");
     std::fs::write(folder.path().join("parts.bin"), &strip.binary).unwrap();
     assert_eq!(load_mesh(&path, &MeshChoice::default()).unwrap(), whole(&Strip::new()));
+    // Bytes have no files beside them.
+    let bytes = |bytes: Vec<u8>| Input::bytes(&path, bytes);
+    let refused = load_mesh(bytes(strip.json.to_string().into()), &MeshChoice::default());
+    let refused = refused.unwrap_err().to_string();
+    assert!(refused.contains("me.gltf: buffer 0: refers to the external file"), "{refused}");
+    let glb = bytes(Strip::new().glb());
+    assert_eq!(load_mesh(glb, &MeshChoice::default()).unwrap(), whole(&Strip::new()));
 }
 
 #[test]
