@@ -12,7 +12,9 @@ use crate::failure::{note, warn};
 /// Which drivers will do.
 #[derive(Debug, Clone, Copy, ValueEnum)]
 pub(super) enum AdapterName {
+    /// A graphics processor
     Hardware,
+    /// Also a driver that runs on the CPU
     Any,
 }
 
