@@ -1,9 +1,5 @@
 //! Requests of the library give the bytes that the command writes, from paths and from bytes in memory.
 
-#![expect(clippy::unwrap_used, reason = "a test that cannot set up its files has failed")]
-
-mod bench;
-
 use std::sync::Mutex;
 
 use uvgraft::blend::Side;
@@ -19,7 +15,7 @@ use uvgraft_io::arrays::{self, NamedArrays, NumericArray};
 use uvgraft_pipeline::{BaseSource, Event, RegionPart, Unit};
 use uvgraft_tests::downloads;
 
-use bench::Bench;
+use crate::bench::Bench;
 
 const SIDE: u32 = 256;
 
