@@ -233,11 +233,11 @@ mod tests {
         };
         let of_transfer = options(&["uvgraft", "transfer", "a.uvpair", "b.png", "-o", "c.png"]);
         for option in ["onto", "source-mask", "skip-existing", "map", "threads"] {
-            assert!(of_transfer.iter().any(|it| it == option), "{option}: {of_transfer:?}");
+            assert!(of_transfer.iter().any(|it| it.1 == format!("--{option}")), "{option}: {of_transfer:?}");
         }
         let of_shape = options(&["uvgraft", "body", "shape", "a.npz", "-o", "b.npz"]);
-        assert!(of_shape.iter().any(|it| it == "shape"), "{of_shape:?}");
-        assert!(!of_shape.iter().any(|it| it == "onto"), "{of_shape:?}");
+        assert!(of_shape.iter().any(|it| it.0 == "shape"), "{of_shape:?}");
+        assert!(!of_shape.iter().any(|it| it.0 == "onto"), "{of_shape:?}");
     }
 
     #[test]
