@@ -36,7 +36,7 @@ pub(super) struct Row {
     /// The filter, or the input image.
     #[serde(rename = "with")]
     variant: Option<Variant>,
-    direction: &'static str,
+    direction: Direction,
     /// Size of the source texture.
     from: Size,
     /// Size of the result.
@@ -67,10 +67,7 @@ impl Row {
         Self {
             stage: stage.measured,
             variant: stage.variant,
-            direction: match workload.direction {
-                Direction::Forward => "forward",
-                Direction::Reverse => "reverse",
-            },
+            direction: workload.direction,
             from: workload.from,
             to: workload.to,
             texels: stage.texels,
@@ -85,7 +82,7 @@ impl Row {
     fn title(&self) -> String {
         let title = self.stage.title();
         match self.variant {
-            Some(variant) => format!("{title}, {}", variant.title()),
+            Some(variant) => format!("{title}, {}", variant.name()),
             None => title.to_owned(),
         }
     }

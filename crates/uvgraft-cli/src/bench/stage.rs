@@ -104,27 +104,31 @@ pub(super) struct Stage<'a> {
 }
 
 /// The variant of a stage.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
-#[serde(untagged)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Variant {
     Filter(Filter),
     Image(InputImage),
 }
 
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
-#[serde(rename_all = "kebab-case")]
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum InputImage {
     Source,
     Base,
 }
 
 impl Variant {
-    /// Label for tables.
-    pub(super) fn title(self) -> String {
+    /// Its name in tables and in JSON.
+    pub(super) fn name(self) -> &'static str {
         match self {
-            Self::Filter(filter) => filter.to_string(),
-            Self::Image(InputImage::Source) => "source".to_owned(),
-            Self::Image(InputImage::Base) => "base".to_owned(),
+            Self::Filter(filter) => filter.name(),
+            Self::Image(InputImage::Source) => "source",
+            Self::Image(InputImage::Base) => "base",
         }
+    }
+}
+
+impl Serialize for Variant {
+    fn serialize<S: serde::Serializer>(&self, to: S) -> Result<S::Ok, S::Error> {
+        to.serialize_str(self.name())
     }
 }

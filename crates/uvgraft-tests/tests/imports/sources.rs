@@ -66,7 +66,7 @@ impl Modules {
                 token if is_word(token, "mod") => {
                     let child = tokens[k + 1].to_string();
                     if let Some(body) = braces(&tokens[k + 2]) {
-                        inline.push(([&at[..], &[child.clone()]].concat(), body));
+                        inline.push(([&at[..], std::slice::from_ref(&child)].concat(), body));
                     }
                     module.children.insert(child);
                     k += 3;
@@ -106,7 +106,7 @@ impl Modules {
             _ => {}
         }
         if module.children.contains(first) {
-            return self.inside(&[&at[..], &[first.clone()]].concat(), rest, depth);
+            return self.inside(&[&at[..], std::slice::from_ref(first)].concat(), rest, depth);
         }
         let import = module.imports.get(first).filter(|import| import[..] != *path)?;
         self.definer(at, &[&import[..], rest].concat(), depth + 1)

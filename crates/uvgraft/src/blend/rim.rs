@@ -420,7 +420,6 @@ fn grid() -> impl Iterator<Item = [f64; 3]> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::blend::selection;
     use crate::mesh::Mesh;
     use crate::pair::{Direction, Pair};
 
@@ -454,7 +453,7 @@ mod tests {
     fn rim(domain: &BlendDomain, side: u32, reach: f64) -> Rim {
         let is_in = |k: &u32| [k % side, k / side].iter().all(|k| (4..side - 4).contains(k));
         let inside: Vec<u32> = (0..side * side).filter(is_in).collect();
-        let region = domain.vertices(selection::Side::Target, &inside).unwrap();
+        let region = domain.vertices(crate::pair::Side::Target, &inside).unwrap();
         let levels = domain.signed_distances(&region, 9.0);
         Rim::new(domain, &domain.touched(&region), &levels, reach)
     }
