@@ -10,7 +10,6 @@ use uvgraft_io::image::{
     BandEncoder, BandReader, Format, Image, TextureSpec, WriteOptions, decode,
     decode_focal_length_px, decode_header, encode, open, read, write,
 };
-
 use uvgraft_io::input::Input;
 
 /// What stands in the metadata and in file names, and nowhere else.

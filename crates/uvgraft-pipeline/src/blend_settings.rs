@@ -123,16 +123,16 @@ impl BlendSettings {
     ///
     /// - `gutter_px`: of the result.
     pub fn blending(&self, gutter_px: u32) -> Blending {
-        let mut blending = Blending::default();
-        blending.feather = self.feather();
-        blending.membrane = self.mode() == BlendMode::Membrane && self.tone().is_some();
-        blending.match_skin = self.match_skin && self.tone().is_some();
-        blending.tone = self.tone().unwrap_or(Tone::Base);
-        blending.skin.clone_from(&self.skin);
-        blending.labels.clone_from(&self.labels);
-        blending.keep_all = self.keep_all;
-        blending.gutter_px = gutter_px;
-        blending
+        Blending {
+            feather: self.feather(),
+            membrane: self.mode() == BlendMode::Membrane && self.tone().is_some(),
+            match_skin: self.match_skin && self.tone().is_some(),
+            tone: self.tone().unwrap_or(Tone::Base),
+            skin: self.skin.clone(),
+            labels: self.labels.clone(),
+            keep_all: self.keep_all,
+            gutter_px,
+        }
     }
 
     /// The blending, if any option, here or of the region, requires blending on the surface.
