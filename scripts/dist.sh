@@ -45,7 +45,7 @@ fi
 
 if ! python3 -c 'import venv' 2>/dev/null; then
   skip "the wheel" "there is no Python with the module venv"
-elif RUSTFLAGS="$remap" CARGO_TARGET_DIR="$build" WHEELS="$dist" make --no-print-directory wheel; then
+elif RUSTFLAGS="$remap" CARGO_TARGET_DIR="$build" WHEELS="$dist" make --no-print-directory ONE_BUILD= wheel; then
   :
 else
   echo "dist: the wheel could not be built" >&2

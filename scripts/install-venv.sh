@@ -2,6 +2,8 @@
 # Makes a virtual environment with the Python packages of a list:
 # scripts/install-venv.sh target/tools-venv requirements.txt
 #
+# The environment is of python3, or of PYTHON if that is set.
+#
 # If something cannot be installed, it reports that and succeeds, and the tests that need it skip; if CI
 # is set, it fails instead.
 set -eu
@@ -18,7 +20,7 @@ skip() {
 # The list is copied once all of it is installed.
 if cmp -s "$wanted" "$venv/installed.txt"; then exit 0; fi
 mkdir -p "$(dirname "$venv")"
-test -x "$venv/bin/pip" || python3 -m venv --clear "$venv" ||
+test -x "$venv/bin/pip" || "${PYTHON:-python3}" -m venv --clear "$venv" ||
     skip "python3 with the venv module is required"
 echo "install-venv: the packages of $wanted" >&2
 "$venv/bin/pip" install --quiet --requirement "$wanted" || skip "could not install the packages"

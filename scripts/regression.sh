@@ -27,7 +27,7 @@ fi
 
 temporary=$(mktemp -d)
 trap 'rm -rf "$temporary"' EXIT
-trap 'exit 130' HUP INT TERM
+trap 'kill $(jobs -p) 2>/dev/null; exit 130' HUP INT TERM
 
 # --- Running the binary ---------------------------------------------------------------------------
 #
@@ -533,6 +533,29 @@ real() {
 
 # --- All of it ------------------------------------------------------------------------------------
 
+# side_by_side GROUP...: runs groups of commands that need none of each other's results, as many at a time
+# as there are processors. Each is a process of its own, whose counts come back in a file.
+side_by_side() {
+    local group count failures
+    for group in "$@"; do
+        while [ "$(jobs -pr | wc -l)" -ge "$processors" ]; do wait -n || true; done
+        (
+            commands=0 failed=0
+            "$group"
+            echo "$commands $failed" >"$temporary/count.$group"
+        ) &
+    done
+    wait
+    for group in "$@"; do
+        if ! read -r count failures <"$temporary/count.$group"; then
+            echo "regression: the group $group has ended early" >&2
+            count=0 failures=1
+        fi
+        commands=$((commands + count))
+        failed=$((failed || failures))
+    done
+}
+
 # hashes BINARY: runs everything in a new folder, and prints hashes and names.
 hashes() {
     local file
@@ -544,21 +567,13 @@ hashes() {
     # Ignore any networks that the user has imported.
     export UVGRAFT_WEIGHTS=lpips.safetensors
     commands=0 failed=0
-    make_inputs
-    demo
-    pairs
-    maps
-    filters
-    formats
-    options
-    several
-    materials
-    regions
-    blends
-    measures
-    avatars
-    renders
-    refusals
+    processors=$(nproc 2>/dev/null || echo 1)
+    # Groups use results of those above them; the longest come first.
+    side_by_side make_inputs demo
+    side_by_side pairs
+    side_by_side options filters formats avatars regions materials maps refusals
+    side_by_side blends renders several
+    side_by_side measures
     if [ -n "$data" ]; then real; fi
     echo "regression: $commands commands" >&2
     if [ -n "$keep" ]; then cp -r out/. "$keep"; fi

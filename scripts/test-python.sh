@@ -6,6 +6,7 @@
 # CI is set, fail.
 #
 # - UVGRAFT_PYTHON_FEATURES: cargo features of the build, such as simplify,viewer.
+# - UVGRAFT_WHEEL: a wheel, which is installed and tested in place of a build.
 set -eu
 cd "$(dirname "$0")/.."
 venv=$PWD/target/python-venv
@@ -16,12 +17,20 @@ if [ ! -f "$venv/installed.txt" ]; then
 fi
 export VIRTUAL_ENV="$venv"
 export PATH="$venv/bin:$PATH"
-cd bindings/python
+package=$PWD/bindings/python
+folder=$package
+if [ -n "${UVGRAFT_WHEEL:-}" ]; then
+    pip install --quiet --no-deps --force-reinstall "$UVGRAFT_WHEEL"
+    # Not from the folder of the package, whose sources would be imported in place of the wheel.
+    folder=$(mktemp -d)
+    trap 'rm -rf "$folder"' EXIT
+fi
+cd "$package"
 ruff format --quiet --check . || { echo "test-python: run ruff format" >&2; exit 1; }
 ruff check --quiet .
-# In CI, wheels are built too, from the same crates.
-maturin develop --quiet ${CI:+--release} --features "${UVGRAFT_PYTHON_FEATURES:-}"
+[ -n "${UVGRAFT_WHEEL:-}" ] || maturin develop --quiet --features "${UVGRAFT_PYTHON_FEATURES:-}"
 mypy
+cd "$folder"
 # The compiled part alone: the rest has its types in place.
-python -m mypy.stubtest --mypy-config-file pyproject.toml uvgraft._uvgraft
-python -m pytest --quiet "$@"
+python -m mypy.stubtest --mypy-config-file "$package/pyproject.toml" uvgraft._uvgraft
+python -m pytest --quiet --config-file "$package/pyproject.toml" "$package/tests" "$@"

@@ -3,8 +3,6 @@
 
 #![expect(clippy::unwrap_used, reason = "a test that cannot set up its files has failed")]
 
-mod bench;
-
 use uvgraft::{Channels, Mesh, Texels, Texture};
 use uvgraft_avatar::body::{BodyKind, BodyModel, Shape};
 use uvgraft_figure::Figure;
@@ -15,7 +13,7 @@ use uvgraft_io::arrays::{self, NamedArrays, NumericArray};
 use uvgraft_io::torch;
 use uvgraft_tests::bodies;
 
-use bench::{Bench, texel_u8};
+use crate::bench::{Bench, texel_u8};
 
 const SIDE: u32 = 256;
 const WHOSE: &str = "--author Nobody --license only-author";

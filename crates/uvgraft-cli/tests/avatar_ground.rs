@@ -3,8 +3,6 @@
 
 #![expect(clippy::unwrap_used, reason = "a test that cannot set up its files has failed")]
 
-mod bench;
-
 use uvgraft::{Channels, Mesh};
 use uvgraft_avatar::Avatar;
 use uvgraft_avatar::body::{BodyKind, BodyModel, Shape};
@@ -16,7 +14,7 @@ use uvgraft_io::arrays::{self, NamedArrays, NumericArray};
 use uvgraft_io::pair_file;
 use uvgraft_tests::walkers;
 
-use bench::Bench;
+use crate::bench::Bench;
 
 /// The lowest vertex at rest, and in clips.
 const AT_REST_M: f32 = 0.001;

@@ -3,15 +3,13 @@
 
 #![expect(clippy::unwrap_used, reason = "a test that cannot set up its files has failed")]
 
-mod bench;
-
 use serde_json::{Value, json};
 use uvgraft::{Channels, Depth, Encoding, Size, Texture};
 use uvgraft_figure::Figure;
 use uvgraft_gltf::scene::{PoseRequest, PosedPrimitive, Scene};
 use uvgraft_io::image;
 
-use bench::{Bench, texel_u8};
+use crate::bench::{Bench, texel_u8};
 
 const SIDE: u32 = 512;
 const WHOSE: &str = "--author Nobody --license only-author";

@@ -3,9 +3,7 @@
 
 #![expect(clippy::unwrap_used, reason = "a test that cannot set up its files has failed")]
 
-mod bench;
-
-use bench::Bench;
+use crate::bench::{self, Bench};
 use uvgraft::Channels;
 
 /// Command lines of `uvgraft pair` with their meshes and map, and what the message must contain.

@@ -2,10 +2,8 @@
 
 #![expect(clippy::unwrap_used, reason = "a test that cannot set up its files has failed")]
 
-mod bench;
-
-use bench::plane::{self, LINKED, source_columns};
-use bench::{Bench, texel_u8};
+use crate::bench::plane::{self, LINKED, source_columns};
+use crate::bench::{Bench, texel_u8};
 use uvgraft::{Channels, Depth, Encoding, Size, Texels, Texture};
 use uvgraft_io::vertex_map;
 

@@ -1,8 +1,6 @@
 //! Comparing textures, through the program.
 
-mod bench;
-
-use bench::{Bench, texel_u8};
+use crate::bench::{Bench, texel_u8};
 use serde_json::{Value, json};
 use uvgraft::{Channels, Depth, Size};
 

@@ -1,10 +1,8 @@
 //! Completion scripts, through the program.
 
-mod bench;
-
 use std::process::Stdio;
 
-use bench::Bench;
+use crate::bench::Bench;
 
 #[test]
 fn a_script_for_each_shell() {

@@ -1,8 +1,6 @@
 //! What the program tells of itself and of files.
 
-mod bench;
-
-use bench::Bench;
+use crate::bench::Bench;
 use uvgraft_tests::strip::Strip;
 
 #[test]

@@ -5,8 +5,6 @@
 
 #![expect(clippy::unwrap_used, reason = "a test that cannot set up its files has failed")]
 
-mod bench;
-
 use std::collections::BTreeSet;
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -19,7 +17,7 @@ use uvgraft_io::arrays::{self, NamedArrays, NumericArray};
 use uvgraft_io::{obj, vertex_map};
 use uvgraft_tests::walkers;
 
-use bench::Bench;
+use crate::bench::Bench;
 
 /// Side of every example texture, in texels.
 const SIDE: u32 = 256;

@@ -2,9 +2,7 @@
 
 #![expect(clippy::unwrap_used, reason = "a test that cannot set up its files has failed")]
 
-mod bench;
-
-use bench::Bench;
+use crate::bench::Bench;
 use uvgraft::Mesh;
 use uvgraft_io::obj;
 

@@ -1,8 +1,6 @@
 //! Names and coordinates in files must not reach terminals and rasterisers as they are.
 
-mod bench;
-
-use bench::{Bench, Run};
+use crate::bench::{Bench, Run};
 use uvgraft::{Channels, Size, Texture};
 use uvgraft_tests::strip::Strip;
 

@@ -2,9 +2,7 @@
 
 #![expect(clippy::unwrap_used, reason = "a test that cannot set up its files has failed")]
 
-mod bench;
-
-use bench::Bench;
+use crate::bench::{self, Bench};
 use serde_json::Value;
 use uvgraft::{Mesh, Size};
 use uvgraft_figure::Figure;

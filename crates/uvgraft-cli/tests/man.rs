@@ -1,8 +1,6 @@
 //! Man pages, through the program.
 
-mod bench;
-
-use bench::Bench;
+use crate::bench::Bench;
 
 #[test]
 fn a_page_for_each_command() {

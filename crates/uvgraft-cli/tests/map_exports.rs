@@ -2,11 +2,8 @@
 
 #![expect(clippy::unwrap_used, reason = "a test that cannot set up its files has failed")]
 
-mod bench;
-mod exports;
-
-use bench::Bench;
-use exports::{SOURCE, TARGET, bilinear, figure, map, positions};
+use crate::bench::{self, Bench};
+use crate::exports::{SOURCE, TARGET, bilinear, figure, map, positions};
 use uvgraft::{Channels, Depth, Size, Texels, Texture};
 use uvgraft_io::arrays;
 

@@ -1,10 +1,8 @@
 //! Material maps, each treated according to its role, through the program.
 
-mod bench;
-
-use bench::charts;
-use bench::plane::{self, LINKED};
-use bench::{Bench, texel_u8};
+use crate::bench::charts;
+use crate::bench::plane::{self, LINKED};
+use crate::bench::{Bench, texel_u8};
 use uvgraft::{Channels, Depth, Encoding, Size, Texels, Texture};
 
 /// A bench with the maps of a material; values other than flat ones are pseudo-random.

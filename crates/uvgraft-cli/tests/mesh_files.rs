@@ -2,9 +2,7 @@
 
 #![expect(clippy::unwrap_used, reason = "a test that cannot set up its files has failed")]
 
-mod bench;
-
-use bench::Bench;
+use crate::bench::Bench;
 use serde_json::{Value, json};
 use uvgraft_io::arrays::{NamedArrays, NumericArray, save_npz};
 use uvgraft_tests::strip::Strip;

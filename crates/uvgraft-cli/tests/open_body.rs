@@ -2,14 +2,12 @@
 
 #![expect(clippy::unwrap_used, reason = "a test that cannot set up its files has failed")]
 
-mod bench;
-
 use uvgraft::Channels;
 use uvgraft_figure::Figure;
 use uvgraft_gltf::scene::Scene;
 use uvgraft_tests::downloads;
 
-use bench::Bench;
+use crate::bench::Bench;
 
 /// Expressions that only ARKit has names for, one of each part of the face.
 const OF_ARKIT: [&str; 5] =

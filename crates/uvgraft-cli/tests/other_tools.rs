@@ -3,13 +3,10 @@
 //!
 //! `make test-clients` installs the Python packages and enables this; elsewhere it is skipped.
 
-mod bench;
-mod exports;
-
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
-use exports::{figure, map, positions};
+use crate::exports::{figure, map, positions};
 use uvgraft_io::arrays::{self, NamedArrays, NumericArray};
 
 /// The Python with the packages; `None` where it is not asked for or missing, with a message.

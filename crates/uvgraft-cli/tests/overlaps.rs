@@ -1,8 +1,6 @@
 //! Which of two overlapping charts is shown, through the program.
 
-mod bench;
-
-use bench::{Bench, charts};
+use crate::bench::{Bench, charts};
 use uvgraft::Channels;
 
 /// The second chart exactly on the first.

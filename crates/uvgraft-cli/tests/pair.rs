@@ -1,8 +1,6 @@
 //! Pairing two meshes and looking at the result, through the program.
 
-mod bench;
-
-use bench::{Bench, texel_u8};
+use crate::bench::{self, Bench, texel_u8};
 use serde_json::Value;
 use uvgraft::{Channels, Size, Texels};
 

@@ -2,10 +2,8 @@
 
 #![expect(clippy::unwrap_used, reason = "a test that cannot set up its files has failed")]
 
-mod bench;
-
-use bench::Bench;
-use bench::plane::{self, LINKED, source_columns, target_columns};
+use crate::bench::Bench;
+use crate::bench::plane::{self, LINKED, source_columns, target_columns};
 use uvgraft::{Channels, Encoding, Size, Texels, Texture};
 use uvgraft_io::vertex_map;
 

@@ -1,12 +1,10 @@
 //! Pictures of GLB files through the program.
 
-mod bench;
-
 use serde_json::{Value, json};
 use uvgraft::{Channels, Size};
 use uvgraft_tests::strip::{self, Strip};
 
-use bench::{Bench, texel_u8};
+use crate::bench::{Bench, texel_u8};
 
 fn bench() -> Bench {
     let bench = Bench::new();

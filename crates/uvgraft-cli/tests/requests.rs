@@ -2,8 +2,6 @@
 
 #![expect(clippy::unwrap_used, reason = "a test that cannot set up its files has failed")]
 
-mod bench;
-
 use std::sync::Mutex;
 
 use uvgraft::blend::Side;
@@ -19,7 +17,7 @@ use uvgraft_io::arrays::{self, NamedArrays, NumericArray};
 use uvgraft_pipeline::{BaseSource, Event, RegionPart, Unit};
 use uvgraft_tests::downloads;
 
-use bench::Bench;
+use crate::bench::Bench;
 
 const SIDE: u32 = 256;
 

@@ -1,8 +1,6 @@
 //! Round trips and fits, through the program.
 
-mod bench;
-
-use bench::Bench;
+use crate::bench::Bench;
 use serde_json::{Value, json};
 use uvgraft::{Channels, Depth};
 

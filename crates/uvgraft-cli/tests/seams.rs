@@ -2,8 +2,6 @@
 
 #![expect(clippy::unwrap_used, reason = "a test that cannot set up its files has failed")]
 
-mod bench;
-
 use serde_json::{Value, json};
 use uvgraft::{Channels, Depth, Encoding, Mesh, Pair, Size, Texels, Texture};
 use uvgraft_figure::Figure;
@@ -12,7 +10,7 @@ use uvgraft_io::pair_file::{self, PairFile};
 use uvgraft_tests::looks::frame::figure_pair;
 use uvgraft_tests::looks::{BodyFrame, BodyLook, FaceLook, HeadFrame, LayoutSpots, SkinTone};
 
-use bench::{Bench, texel_u8};
+use crate::bench::{Bench, texel_u8};
 
 const RED: [u8; 3] = [200, 50, 50];
 const BLUE: [u8; 3] = [50, 50, 200];

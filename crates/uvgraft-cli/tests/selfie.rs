@@ -3,8 +3,6 @@
 
 #![expect(clippy::unwrap_used, reason = "a test that cannot set up its files has failed")]
 
-mod bench;
-
 use uvgraft::{Channels, Encoding, Filter, Size, Texels, Texture};
 use uvgraft_figure::{Figure, paint_head};
 use uvgraft_gltf::scene::Scene;
@@ -13,7 +11,7 @@ use uvgraft_io::obj;
 use uvgraft_render::{Shading, View, render};
 use uvgraft_tests::downloads;
 
-use bench::Bench;
+use crate::bench::Bench;
 
 const SELFIE: &str = "--head demo --size 512";
 

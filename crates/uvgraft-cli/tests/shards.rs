@@ -2,14 +2,12 @@
 
 #![expect(clippy::unwrap_used, reason = "a test that cannot set up its files has failed")]
 
-mod bench;
-
 use std::collections::BTreeMap;
 use std::io::Write as _;
 use std::process::{Child, Stdio};
 use std::time::{Duration, Instant};
 
-use bench::Bench;
+use crate::bench::Bench;
 use uvgraft::Channels;
 
 /// A bench with a base and a number of textures in the folder `in`, each of its own colour.

@@ -2,9 +2,7 @@
 
 #![expect(clippy::unwrap_used, reason = "a test that cannot set up its files has failed")]
 
-mod bench;
-
-use bench::Bench;
+use crate::bench::Bench;
 use serde_json::Value;
 
 const TINY: &str = "--source-size 24 --size 32x20 --runs 2";

@@ -2,11 +2,9 @@
 
 #![expect(clippy::unwrap_used, reason = "a test that cannot set up its files has failed")]
 
-mod bench;
-
 use std::fmt::Write as _;
 
-use bench::Bench;
+use crate::bench::Bench;
 use serde_json::Value;
 use uvgraft::correspond::table::UvLocator;
 use uvgraft::{Mesh, Pair};

@@ -2,9 +2,7 @@
 
 #![expect(clippy::unwrap_used, reason = "a test that cannot set up its files has failed")]
 
-mod bench;
-
-use bench::{Bench, texel_u8};
+use crate::bench::{Bench, texel_u8};
 use serde_json::Value;
 use uvgraft::{Channels, Corner, Mesh, Texture};
 use uvgraft_io::{obj, pair_file};

@@ -1,11 +1,9 @@
 //! Transferring textures, through the program.
 
-mod bench;
-
 use std::io::Cursor;
 use std::time::{Duration, SystemTime};
 
-use bench::{Bench, texel, texel_u8};
+use crate::bench::{Bench, texel, texel_u8};
 use uvgraft::{Channels, Depth, Encoding, Size};
 
 const FACE: [u8; 3] = [200, 100, 50];

@@ -1,12 +1,10 @@
 //! `uvgraft view`: the page it writes, and rejected input.
 
-mod bench;
-
 use uvgraft_tests::mannequin;
 use uvgraft_tests::strip::Strip;
 use uvgraft_viewer::PAGE;
 
-use bench::Bench;
+use crate::bench::Bench;
 
 #[test]
 fn writes_one_page_beside_the_avatar() {

@@ -2,15 +2,13 @@
 
 #![expect(clippy::unwrap_used, reason = "a test that cannot set up its files has failed")]
 
-mod bench;
-
 use std::process::Output;
 
 use uvgraft_io::{face_networks, lpips_weights};
 use uvgraft_metrics::lpips::LpipsNetwork;
 use uvgraft_tests::downloads;
 
-use bench::Bench;
+use crate::bench::Bench;
 
 /// Runs the program with its own home folder, and with `UVGRAFT_WEIGHTS` if given.
 fn run(bench: &Bench, weights: Option<&str>, args: &[&str]) -> Output {

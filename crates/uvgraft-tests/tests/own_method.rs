@@ -2,7 +2,6 @@
 
 #![allow(clippy::unwrap_used, reason = "a failed unwrap is a failed test")]
 
-#[path = "own_method/same_places.rs"]
 mod same_places;
 
 use std::sync::Arc;

@@ -1,0 +1,41 @@
+//! Tests of the command, a module for each subject. `interruption` and `memory` are programs of their own, since
+//! they send signals and measure memory.
+
+mod automatic;
+mod avatar;
+mod avatar_ground;
+mod avatar_materials;
+mod bad_input;
+mod bench;
+mod blending;
+mod compare;
+mod completions;
+mod doctor;
+mod documents;
+mod dots;
+mod exports;
+mod hostile_names;
+mod layouts;
+mod man;
+mod map;
+mod map_exports;
+mod materials;
+mod mesh_files;
+mod open_body;
+mod other_tools;
+mod overlaps;
+mod pair;
+mod regions;
+mod regression;
+mod render;
+mod requests;
+mod roundtrip;
+mod seams;
+mod selfie;
+mod shards;
+mod stages;
+mod tables;
+mod tiles;
+mod transfer;
+mod view;
+mod weights;
