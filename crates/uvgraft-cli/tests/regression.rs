@@ -75,8 +75,8 @@ fn no_result_changes() {
         changes.is_empty(),
         "results are not what they were:\n{changes}\
          UVGRAFT_REGRESSION_KEEP=folder leaves them in a folder, to look at. If they change on purpose, \
-         write {WANTED} anew: UVGRAFT_REWRITE_HASHES=1 cargo test -p uvgraft-cli --test regression \
-         --features simplify,flip"
+         write {WANTED} anew: UVGRAFT_REWRITE_HASHES=1 cargo test -p uvgraft-cli --test main \
+         --features simplify,flip -- regression::"
     );
 }
 

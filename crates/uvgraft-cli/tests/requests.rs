@@ -1,5 +1,7 @@
 //! Requests of the library give the bytes that the command writes, from paths and from bytes in memory.
 
+#![expect(clippy::unwrap_used, reason = "a test that cannot set up its files has failed")]
+
 use std::sync::Mutex;
 
 use uvgraft::blend::Side;
