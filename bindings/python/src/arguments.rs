@@ -62,17 +62,28 @@ pub(crate) const fn direction(reverse: bool) -> Direction {
 /// # Errors
 /// `TypeError` for anything else, `ValueError` for sizes that no texture can have.
 pub(crate) fn size(what: &str, given: &Bound<'_, PyAny>) -> PyResult<Size> {
-    let wanted = || bad_type(format_args!("{what} must be a number of texels or (height, width)"));
+    size_or(what, given, |wanted| bad_value(format_args!("{what} {wanted}")))
+}
+
+/// As [`size`], with another error for sizes that no texture can have.
+///
+/// - `refused`: makes it of what they must be.
+pub(crate) fn size_or(
+    what: &str,
+    given: &Bound<'_, PyAny>,
+    refused: impl Fn(String) -> PyErr,
+) -> PyResult<Size> {
     let [height, width] = if let Ok(side) = given.extract::<i64>() {
         [side; 2]
     } else {
-        let (height, width) = given.extract::<(i64, i64)>().map_err(|_| wanted())?;
-        [height, width]
+        given.extract::<[i64; 2]>().map_err(|_| {
+            bad_type(format_args!("{what} must be a number of texels or (height, width)"))
+        })?
     };
     let max = uvgraft::Texture::MAX_SIDE;
     let side = |texels: i64| match u32::try_from(texels) {
         Ok(texels) if (1..=max).contains(&texels) => Ok(texels),
-        _ => Err(bad_value(format_args!("{what} must be 1 to {max} texels a side, got {texels}"))),
+        _ => Err(refused(format!("must be 1 to {max} texels a side, got {texels}"))),
     };
     Ok(Size::new(side(width)?, side(height)?))
 }

@@ -215,6 +215,19 @@ pub(crate) fn numbers<T: Element + Copy + Send + Sync>(
     Ok((array.shape().to_vec(), values))
 }
 
+/// A list of finite numbers.
+///
+/// # Errors
+/// As [`numbers`], and `ValueError` for another shape, NaN and infinite values.
+pub(crate) fn floats(given: &Bound<'_, PyAny>, what: &str) -> PyResult<Vec<f32>> {
+    let (shape, values) = numbers::<f32>(given, what, "float32")?;
+    if shape.len() != 1 || !values.iter().all(|value| value.is_finite()) {
+        let given = given.repr()?;
+        return Err(bad_value(format_args!("{what} must be finite, of shape (n,), got {given}")));
+    }
+    Ok(values)
+}
+
 /// Numbers in rows of `N`.
 ///
 /// # Errors

@@ -6,10 +6,9 @@ use pyo3::prelude::*;
 use uvgraft::correspond::By;
 use uvgraft::correspond::surface::Align;
 use uvgraft::{Choice, Encoding, Filter, NormalY, Overlap, Prefer, Side};
-use uvgraft_assembly::avatar::{EyeStyle, LevelStorage, MouthStyle, TextureLayout};
+use uvgraft_assembly::avatar::{EyeStyle, LevelStorage, MapRole, MouthStyle, TextureLayout};
 use uvgraft_assembly::render::Shot;
 use uvgraft_avatar::motion::{GroundMode, UpAxis};
-
 use uvgraft_gltf::glb::{Permissions, PictureFormat, ShadingModel};
 use uvgraft_gltf::preset::Preset;
 use uvgraft_metrics::Metric;
@@ -25,8 +24,10 @@ use crate::pair::VERTEX_MAP;
 pub(crate) fn choices() -> BTreeMap<&'static str, Vec<&'static str>> {
     let mut by = names(By::ALL);
     by.push(VERTEX_MAP);
+    let roles = MapRole::ALL.map(MapRole::name).to_vec();
     BTreeMap::from([
         ("align", names(Align::ALL)),
+        ("base_maps", roles.clone()),
         ("blend", names(BlendMode::ALL)),
         ("by", by),
         ("camera", names(Shot::ALL)),
@@ -38,6 +39,7 @@ pub(crate) fn choices() -> BTreeMap<&'static str, Vec<&'static str>> {
         ("license", Permissions::NAMED.map(|(name, _)| name).to_vec()),
         ("lods_as", names(LevelStorage::ALL)),
         ("look", names(ShadingModel::ALL)),
+        ("maps", roles),
         ("metrics", names(Metric::ALL)),
         ("mouth", names(MouthStyle::ALL)),
         ("network", names(&LpipsNetwork::ALL)),

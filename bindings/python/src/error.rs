@@ -1,15 +1,18 @@
 //! Errors of the crates as the exceptions that Python users expect.
 
 use std::ffi::CString;
+use std::fs::File;
 use std::io;
 use std::path::Path;
 
 use pyo3::create_exception;
-use pyo3::exceptions::{PyMemoryError, PyOSError, PyTypeError, PyUserWarning, PyValueError};
+use pyo3::exceptions::{
+    PyKeyboardInterrupt, PyMemoryError, PyOSError, PyTypeError, PyUserWarning, PyValueError,
+};
 use pyo3::prelude::*;
 use uvgraft::{GraftError, TextureError};
 use uvgraft_io::input::ReadError;
-use uvgraft_pipeline::{Failure, Fault};
+use uvgraft_pipeline::{Failure, Fault, Input, spelled};
 
 create_exception!(
     uvgraft,
@@ -95,12 +98,64 @@ pub(crate) fn of_texture(error: TextureError) -> PyErr {
     }
 }
 
-/// A failure of a transfer between files.
+/// What Python calls a parameter that libraries call otherwise.
+const NAMES: [(&str, &str); 1] = [("map", "maps")];
+
+/// A message of a library with the names that parameters have in Python, in backticks.
+pub(crate) fn with_names(message: &str) -> String {
+    spelled(message, |name| {
+        let (_, in_python) = NAMES.into_iter().find(|(in_libraries, _)| *in_libraries == name)?;
+        Some(format!("`{in_python}`"))
+    })
+}
+
+/// A failure of a request.
 pub(crate) fn of_pipeline(failure: Failure) -> PyErr {
+    let message = match failure.names_options() {
+        true => with_names(&failure.to_string()),
+        false => failure.to_string(),
+    };
     match failure.fault() {
-        Fault::Cancelled => pyo3::exceptions::PyKeyboardInterrupt::new_err(failure.to_string()),
-        Fault::Input | Fault::Work => failed(failure),
+        Fault::Cancelled => PyKeyboardInterrupt::new_err(message),
+        Fault::Input | Fault::Work => failed(message),
     }
+}
+
+/// An option of a request with a value that it cannot have.
+///
+/// - `wanted`: follows the name, as in `must be 1 to 100, got 0`.
+pub(crate) fn of_option(name: &str, wanted: impl std::fmt::Display) -> PyErr {
+    failed(format_args!("`{name}` {wanted}"))
+}
+
+/// Checks that all inputs that are files can be opened, for the exceptions that Python has for those
+/// that cannot. Pipes are left alone: they can be opened once.
+///
+/// # Errors
+/// The subclass of `OSError` for the first that cannot.
+pub(crate) fn check_files<'a>(
+    py: Python<'_>,
+    inputs: impl IntoIterator<Item = &'a Input>,
+) -> PyResult<()> {
+    let paths: Vec<&Path> = inputs.into_iter().filter_map(Input::path).collect();
+    py.detach(|| paths.into_iter().try_for_each(check_file))
+}
+
+/// Checks that a file or a folder can be opened.
+///
+/// # Errors
+/// As [`check_files`].
+pub(crate) fn check_file(path: &Path) -> PyResult<()> {
+    let opened = path.metadata().and_then(|found| {
+        if found.is_dir() {
+            path.read_dir().map(drop)
+        } else if found.is_file() {
+            File::open(path).map(drop)
+        } else {
+            Ok(())
+        }
+    });
+    opened.map_err(|reason| of_file(&reason, path))
 }
 
 /// Warns as `warnings.warn` does.
@@ -110,4 +165,15 @@ pub(crate) fn of_pipeline(failure: Failure) -> PyErr {
 pub(crate) fn warn(py: Python<'_>, text: &str) -> PyResult<()> {
     let text = CString::new(text).map_err(failed)?;
     PyErr::warn(py, &py.get_type::<PyUserWarning>(), &text, 1)
+}
+
+/// Warns, of the line that called the package.
+///
+/// # Errors
+/// The first warning, where warnings are to be raised.
+pub(crate) fn warn_caller(py: Python<'_>, texts: Vec<String>) -> PyResult<()> {
+    if !texts.is_empty() {
+        py.import("uvgraft._warnings")?.call_method1("warn", (texts,))?;
+    }
+    Ok(())
 }

@@ -1,15 +1,17 @@
 //! Transfers of encoded images, for callers with more textures than fit in memory.
 
-use std::ffi::OsString;
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 
 use pyo3::prelude::*;
-use pyo3::types::PyBytes;
-use uvgraft::Size;
-use uvgraft_io::image::Format;
-use uvgraft_pipeline::{Carried, PreparedTransfer};
+use pyo3::types::{PyBytes, PyDict};
+use uvgraft::{Averaging, Encoding, FitOptions, MapOptions, Size};
+use uvgraft_io::image::{Format, WriteOptions};
+use uvgraft_pipeline::{Carried, Correspondence, Inputs, PreparedTransfer, Transfer, Values};
 
-use crate::error::{bad_value, failed, of_file, of_pipeline};
+use crate::arguments::direction;
+use crate::error::{bad_value, check_file, check_files, of_option, of_pipeline};
+use crate::inputs;
+use crate::keywords::Keywords;
 use crate::threads;
 
 /// The compiled part of `uvgraft.FileTransfer`.
@@ -25,14 +27,14 @@ type Figures = (Option<f64>, u64, u32, u32, Vec<String>, Vec<String>);
 
 #[pymethods]
 impl Prepared {
-    /// - `arguments`: those of `uvgraft transfer`.
+    /// - `arguments`: those of `uvgraft.FileTransfer`.
     #[new]
-    #[pyo3(signature = (arguments, *, threads=None))]
-    fn new(py: Python<'_>, arguments: Vec<OsString>, threads: Option<i64>) -> PyResult<Self> {
-        let threads = threads::checked(threads)?;
-        let transfer = uvgraft_cli::parse_transfer(arguments)
-            .map_err(|error| failed(format_args!("{error:#}")))?;
-        check_file(transfer.correspondence.input().name())?;
+    fn new(py: Python<'_>, arguments: &Bound<'_, PyDict>) -> PyResult<Self> {
+        let keywords = Keywords::new(arguments)?;
+        let threads = keywords.threads()?;
+        let transfer = keywords.transfer()?;
+        keywords.finish()?;
+        check_files(py, transfer.shared_inputs())?;
         let prepared = threads::run(py, threads, || transfer.prepare(&()))?.map_err(of_pipeline)?;
         Ok(Self { prepared, threads })
     }
@@ -92,12 +94,57 @@ impl Prepared {
     }
 }
 
-/// Checks that a file can be looked at, for the exception that Python has for it.
-fn check_file(path: &Path) -> PyResult<()> {
-    path.metadata().map(drop).map_err(|reason| of_file(&reason, path))
-}
-
 fn figures(carried: Carried) -> Figures {
     let Carried { boundary_delta_e, bytes, size, warnings, notes, .. } = carried;
     (boundary_delta_e, bytes, size.height, size.width, warnings, notes)
+}
+
+impl Keywords<'_> {
+    /// The transfer that the arguments describe.
+    fn transfer(&self) -> PyResult<Transfer> {
+        let pair = Correspondence::Pair(inputs::pair(&self.required("pair")?, "pair")?);
+        let onto = self.take("onto")?;
+        let onto = onto.map(|it| inputs::base(&it, "onto", Encoding::Srgb)).transpose()?;
+        let values = if self.flag("data")? { Values::Data } else { Values::Albedo };
+        // Textures and outputs come with each call.
+        let textures = Inputs::Textures { sources: Vec::new(), onto, values };
+        let mut transfer = Transfer::by(pair, textures, "");
+        transfer.direction = direction(self.flag("reverse")?);
+        transfer.size = self.size("size")?;
+        transfer.filter = self.choice("filter")?;
+        let gutter_px = self.whole("gutter", 0..=256)?.unwrap_or(MapOptions::default().gutter_px);
+        let prefer = self.choice("prefer")?.unwrap_or_default();
+        transfer.map = MapOptions::with_gutter(gutter_px).prefer(prefer);
+        transfer.overlap = self.choice("overlap")?.unwrap_or_default();
+        transfer.averaging = match self.flag("linear_light")? {
+            true if values == Values::Data => {
+                return Err(of_option("data", "cannot be used with `linear_light`"));
+            }
+            true => Averaging::Light,
+            false => Averaging::Encoded,
+        };
+        transfer.fit = self.fit()?;
+        transfer.region = self.region()?;
+        let mut settings = self.blending()?;
+        settings.labels = self.image("labels")?;
+        settings.check().map_err(of_pipeline)?;
+        transfer.blending = settings.blending_if_any(&transfer.region, gutter_px);
+        transfer.source_mask = self.image("source_mask")?;
+        transfer.fill = self.image("fill")?;
+        let default = WriteOptions::default();
+        let quality = self.whole("quality", 1..=100)?.unwrap_or(default.jpeg_quality);
+        transfer.write = default.compress(self.flag("compress")?).jpeg_quality(quality);
+        Ok(transfer)
+    }
+
+    fn fit(&self) -> PyResult<Option<FitOptions>> {
+        let is_fitted = self.flag("fit")?;
+        let steps = self.whole("fit_steps", 1..=1000)?;
+        if steps.is_some() && !is_fitted {
+            return Err(of_option("fit_steps", "needs `fit`"));
+        }
+        let default = FitOptions::default();
+        let steps = steps.unwrap_or(default.max_steps);
+        Ok(is_fitted.then(|| default.max_steps(steps)))
+    }
 }

@@ -11,7 +11,9 @@
 
 mod arguments;
 mod arrays;
+mod avatar;
 mod base;
+mod blending;
 mod body;
 mod choices;
 mod command;
@@ -19,15 +21,21 @@ mod error;
 mod file_transfer;
 mod graft;
 mod images;
+mod inputs;
+mod keywords;
 mod lpips_weights;
 mod map;
+mod memory;
 mod mesh;
 mod metrics;
 mod operator;
 mod pair;
+mod pictures;
 mod region;
 mod seams;
+mod selfie;
 mod threads;
+mod work;
 
 use pyo3::prelude::*;
 
@@ -73,6 +81,10 @@ fn _uvgraft(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add_function(wrap_pyfunction!(seams::seams, module)?)?;
     module.add_function(wrap_pyfunction!(set_threads, module)?)?;
     module.add_function(wrap_pyfunction!(get_threads, module)?)?;
+    module.add_function(wrap_pyfunction!(avatar::make_avatar, module)?)?;
+    module.add_function(wrap_pyfunction!(selfie::make_selfie, module)?)?;
+    module.add_function(wrap_pyfunction!(pictures::make_picture, module)?)?;
+    module.add_function(wrap_pyfunction!(pictures::make_page, module)?)?;
     module.add_function(wrap_pyfunction!(command::run_command, module)?)?;
     module.add_function(wrap_pyfunction!(choices::choices, module)?)?;
     Ok(())

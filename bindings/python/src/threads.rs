@@ -70,6 +70,56 @@ pub(crate) fn default(py: Python<'_>) -> usize {
     with_stock(py, |stock| stock.default)
 }
 
+/// A pool that one call has to itself.
+///
+/// Dropped without being given back, its threads end once they have nothing left to do.
+pub(crate) struct Lent {
+    pool: ThreadPool,
+    /// What was asked for; 0 is one for each processor.
+    count: usize,
+}
+
+impl Lent {
+    /// An idle pool, or a new one.
+    ///
+    /// - `threads`: its size; `None` for the default, 0 for one thread per processor.
+    ///
+    /// # Errors
+    /// `uvgraft.Error` if threads cannot be started.
+    pub(crate) fn new(py: Python<'_>, threads: Option<usize>) -> PyResult<Self> {
+        let count = threads.unwrap_or_else(|| default(py));
+        let idle = with_stock(py, |stock| stock.idle.get_mut(&count).and_then(Vec::pop));
+        let pool = match idle {
+            Some(pool) => pool,
+            None => ThreadPoolBuilder::new()
+                .num_threads(count)
+                .thread_name(|index| format!("uvgraft-{index}"))
+                .build()
+                .map_err(|error| failed(format_args!("cannot start threads: {error}")))?,
+        };
+        Ok(Self { pool, count })
+    }
+
+    /// The pool.
+    pub(crate) fn pool(&self) -> &ThreadPool {
+        &self.pool
+    }
+
+    /// Puts the pool into the stock, if there is room.
+    pub(crate) fn give_back(self, py: Python<'_>) {
+        let Self { pool, count } = self;
+        let surplus = with_stock(py, |stock| {
+            let kept: usize = stock.idle.values().map(Vec::len).sum();
+            if kept < MAX_IDLE {
+                stock.idle.entry(count).or_default().push(pool);
+                return None;
+            }
+            Some(pool)
+        });
+        py.detach(|| drop(surplus));
+    }
+}
+
 /// Runs `work` on a pool, with the interpreter's lock released.
 ///
 /// - `threads`: the size of the pool; `None` for the default, 0 for one thread per processor.
@@ -81,27 +131,18 @@ pub(crate) fn run<T: Send>(
     threads: Option<usize>,
     work: impl FnOnce() -> T + Send,
 ) -> PyResult<T> {
-    let count = threads.unwrap_or_else(|| default(py));
-    let idle = with_stock(py, |stock| stock.idle.get_mut(&count).and_then(Vec::pop));
-    let pool = match idle {
-        Some(pool) => pool,
-        None => ThreadPoolBuilder::new()
-            .num_threads(count)
-            .thread_name(|index| format!("uvgraft-{index}"))
-            .build()
-            .map_err(|error| failed(format_args!("cannot start threads: {error}")))?,
-    };
-    let done = py.detach(|| catch_unwind(AssertUnwindSafe(|| pool.install(work))));
-    let surplus = with_stock(py, |stock| {
-        let kept: usize = stock.idle.values().map(Vec::len).sum();
-        if kept < MAX_IDLE {
-            stock.idle.entry(count).or_default().push(pool);
-            return None;
-        }
-        Some(pool)
-    });
-    py.detach(|| drop(surplus));
-    done.map_err(|panic| {
+    let lent = Lent::new(py, threads)?;
+    let done = py.detach(|| caught(|| lent.pool.install(work)));
+    lent.give_back(py);
+    done
+}
+
+/// Does work; a panic, which is a bug, becomes an error.
+///
+/// # Errors
+/// `uvgraft.Error` for a panic.
+pub(crate) fn caught<T>(work: impl FnOnce() -> T) -> PyResult<T> {
+    catch_unwind(AssertUnwindSafe(work)).map_err(|panic| {
         let text = panic.downcast_ref::<String>().map(String::as_str);
         let text = text.or_else(|| panic.downcast_ref::<&str>().copied()).unwrap_or("panic");
         failed(format_args!("internal error, please report it: {text}"))

@@ -11,10 +11,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 from scenes import command, noise
+from uvgraft._command import run
 
 import uvgraft
 from uvgraft import _arguments, _avatar, _render, _selfie
-from uvgraft._command import run
 
 DATA = Path(__file__).resolve().parents[3] / "target" / "test-data"
 

@@ -17,7 +17,8 @@ read, a PIL image or the path of an image file will do as well. Sizes are one si
 """
 
 from uvgraft._avatar import Avatar, avatar, avatar_from_photos
-from uvgraft._file_transfer import FileTransfer, Transferred
+from uvgraft._avatar_options import AvatarOptions
+from uvgraft._file_transfer import FileTransfer, TransferOptions, Transferred
 from uvgraft._notebook import TextureView, show
 from uvgraft._progress import Progress
 from uvgraft._region import Region
@@ -50,6 +51,7 @@ from uvgraft._uvgraft import (
 
 __all__ = [
     "Avatar",
+    "AvatarOptions",
     "BodyModel",
     "EdgeGroup",
     "Error",
@@ -69,6 +71,7 @@ __all__ = [
     "SkinMatch",
     "TextureView",
     "Tone",
+    "TransferOptions",
     "Transferred",
     "WorstEdge",
     "__version__",

@@ -3,71 +3,21 @@
 from __future__ import annotations
 
 import os
-import tempfile
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from pathlib import Path
-from typing import Any, Literal
-
-from numpy.typing import ArrayLike
+from typing import TYPE_CHECKING, Any, Literal
 
 from uvgraft import _notebook
-from uvgraft._arguments import (
-    Arguments,
-    Filter,
-    Image,
-    Prefer,
-    Relight,
-    Role,
-    Size,
-    StrPath,
-    named_numbers,
-    numbers,
-)
-from uvgraft._command import run
+from uvgraft._avatar_options import AvatarOptions
 from uvgraft._files import LocalFiles
 from uvgraft._render import render
-from uvgraft._uvgraft import Error, Pair
+from uvgraft._types import Image, Relight, StrPath
+from uvgraft._uvgraft import Error, Pair, make_avatar, make_page
+
+if TYPE_CHECKING:
+    from typing_extensions import Unpack
 
 _GLB_MAGIC = b"glTF"
-# Options that are spelled as they are named, in the order of the command's help.
-_PLAIN = (
-    "onto",
-    "likeness",
-    "focal",
-    "relight",
-    "frames",
-    "fps",
-    "ground",
-    "up",
-    "expressions",
-    "texture_layout",
-    "quality",
-    "filter",
-    "gutter",
-    "prefer",
-    "normal_y",
-    "look",
-    "mouth",
-    "eyes",
-    "grow",
-    "unit",
-    "preview",
-    "blend",
-    "feather",
-    "tone",
-    "keep_all",
-    "lods",
-    "lods_as",
-    "preset",
-    "triangles",
-    "title",
-    "license",
-    "license_url",
-    "made_from",
-    "verbose",
-)
-_IMAGES = ("head_texture", "source_mask", "fill", "skin", "labels")
-_REPEATED = ("motion", "region", "exclude", "author")
 
 
 class Avatar:
@@ -145,12 +95,12 @@ class Avatar:
 
     @property
     def report(self) -> str:
-        """The command's summary, one figure a line; empty for avatars from files."""
+        """Its figures, one a line, as ``uvgraft avatar`` prints them; empty for files."""
         return self._report
 
     @property
     def notes(self) -> tuple[str, ...]:
-        """What the command assumed, such as the unit of the mesh."""
+        """What was assumed, such as the unit of the mesh."""
         return self._notes
 
     @property
@@ -177,9 +127,7 @@ class Avatar:
         extension = Path(self._name).suffix.lower()
         if path.suffix.lower() != extension:
             raise ValueError(f"{path}: extension must be {extension}")
-        # Else it would be created.
-        if not path.parent.is_dir():
-            raise FileNotFoundError(f"{path}: folder {path.parent} does not exist")
+        _check_folder(path)
         files = LocalFiles()
         for level, data in enumerate(self._levels, 1):
             files.write(os.fspath(path.with_name(f"{path.stem}.lod{level}{path.suffix}")), data)
@@ -200,14 +148,7 @@ class Avatar:
         uvgraft.Error
             If this build has no viewer.
         """
-        with tempfile.TemporaryDirectory(prefix="uvgraft-") as folder:
-            model, page = Path(folder, self._name), Path(folder, "page.html")
-            model.write_bytes(self._data)
-            arguments = Arguments("view", folder)
-            arguments.options(output=page, no_open=True)
-            arguments.positional(model)
-            run(arguments.words, folder=folder)
-            return page.read_text(encoding="utf-8")
+        return make_page(self).decode()
 
     def _repr_html_(self) -> str:
         return _notebook.avatar_html(self)
@@ -238,53 +179,7 @@ def avatar(
     *,
     onto: Image | str,
     body: StrPath | Literal["demo"],
-    motion: StrPath | Sequence[StrPath] = (),
-    fps: float | None = None,
-    ground: Literal["clip", "feet", "keep"] | None = None,
-    up: Literal["y", "z"] | None = None,
-    betas: ArrayLike | StrPath | None = None,
-    shape: Mapping[str, float] | None = None,
-    expressions: StrPath | None = None,
-    size: Size | None = None,
-    texture_layout: Literal["atlas", "head+body"] = "atlas",
-    texture_format: Literal["png", "jpeg", "webp", "ktx2"] | None = None,
-    quality: int | None = None,
-    filter: Filter | None = None,
-    gutter: int = 16,
-    prefer: Prefer = "first",
-    maps: Mapping[Role, Image] | None = None,
-    base_maps: Mapping[Role, Image] | None = None,
-    normal_y: Literal["opengl", "directx"] = "opengl",
-    look: Literal["pbr", "mtoon", "unlit"] = "pbr",
-    mouth: Literal["fitted", "none"] = "fitted",
-    eyes: Literal["keep", "clean"] = "keep",
-    region: str | Sequence[str] = (),
-    exclude: str | Sequence[str] = (),
-    grow: float | str | None = None,
-    unit: Literal["mm", "cm", "m", "in"] | None = None,
-    source_mask: Image | None = None,
-    fill: Image | None = None,
-    preview: StrPath | None = None,
-    blend: Literal["none", "feather", "membrane"] | None = None,
-    feather: float | str | None = None,
-    tone: Literal["base", "source", "both", "none"] | None = None,
-    skin: Image | None = None,
-    match_skin: bool = False,
-    labels: Image | None = None,
-    keep_all: bool = False,
-    lods: int | None = None,
-    lods_as: Literal["files", "msft"] | None = None,
-    preset: Literal["quest", "pcvr", "web", "visionos"] | None = None,
-    triangles: int | None = None,
-    title: str | None = None,
-    author: str | Sequence[str] = (),
-    license: Literal["only-author", "non-commercial", "everyone"] | None = None,
-    license_url: str | None = None,
-    made_from: str | None = None,
-    format: Literal["glb", "vrm"] = "glb",
-    output: StrPath | None = None,
-    verbose: bool = False,
-    threads: int | None = None,
+    **options: Unpack[AvatarOptions],
 ) -> Avatar:
     """Build an animated avatar from the texture of a head, as ``uvgraft avatar`` does.
 
@@ -302,6 +197,11 @@ def avatar(
         The body's texture in its own layout, or a colour such as ``"#c08a70"``, with `size`.
     body : path or "demo"
         A model file of SMPL, SMPL-H, SMPL-X or FLAME (.npz, .pkl), or the built-in figure.
+    **options
+        See below.
+
+    Other Parameters
+    ----------------
     motion : path or sequence of paths
         AMASS recordings (.npz) to add as animations.
     fps : float, optional
@@ -321,7 +221,7 @@ def avatar(
         Size of the body's texture: a side in texels, or ``(height, width)``. By default the base's,
         within the preset.
     texture_layout : {"atlas", "head+body"}
-        One texture in the body's layout, or the head's beside it.
+        One texture in the body's layout, which is the default, or the head's beside it.
     texture_format : {"png", "jpeg", "webp", "ktx2"}, optional
         Format of embedded textures. By default the preset's, or png.
     quality : int, optional
@@ -329,20 +229,20 @@ def avatar(
     filter : {"nearest", "bilinear", "catmull-rom", "lanczos3"}, optional
         Interpolation filter. By default lanczos3.
     gutter : int
-        Width of the gutter around UV islands in texels, 0 to 256.
+        Width of the gutter around UV islands in texels, 0 to 256. By default 16.
     prefer : {"first", "left", "right"}
-        UV island that owns texels that several cover.
+        UV island that owns texels that several cover. By default first.
     maps, base_maps : mapping of str to image or path, optional
         Further maps of the face and of the body by role: normal, roughness, metallic, occlusion,
         orm and emissive.
     normal_y : {"opengl", "directx"}
-        Green channel convention of normal maps.
+        Green channel convention of normal maps. By default opengl.
     look : {"pbr", "mtoon", "unlit"}
-        Shading model.
+        Shading model. By default pbr.
     mouth : {"fitted", "none"}
-        Interior of the mouth.
+        Interior of the mouth. By default fitted.
     eyes : {"keep", "clean"}
-        Keep the eyes of the face's texture, or redraw them in their colour.
+        Keep the eyes of the face's texture, which is the default, or redraw them in their colour.
     region, exclude : str or sequence of str
         Parts of the surface to use or leave out: ``"target:mask.png"``, ``"masks.pkl#face,neck"``.
     grow : float or str, optional
@@ -388,7 +288,7 @@ def avatar(
     made_from : str, optional
         Third-party content and its licences.
     format : {"glb", "vrm"}
-        What is built, unless `output` says so.
+        What is built, unless `output` says so. By default glb.
     output : path, optional
         Also write the avatar to this file, which ends in ``.glb`` or ``.vrm``.
     verbose : bool
@@ -411,12 +311,12 @@ def avatar(
     uvgraft.Error
         For files and options that cannot be used.
     TypeError, ValueError
-        For arguments of another type or shape.
+        For arguments of another type or shape, and options that do not exist.
     OSError
         If a file does not exist, or cannot be read or written.
     """
-    # Taken first, so that it holds the parameters and nothing else.
-    return _build(locals())
+    given = {"pair": pair, "face": face, "onto": onto, "body": body}
+    return _build("avatar", given, options)
 
 
 def avatar_from_photos(
@@ -431,53 +331,7 @@ def avatar_from_photos(
     head_texture: Image | None = None,
     relight: Relight = "soft",
     frames: int = 9,
-    motion: StrPath | Sequence[StrPath] = (),
-    fps: float | None = None,
-    ground: Literal["clip", "feet", "keep"] | None = None,
-    up: Literal["y", "z"] | None = None,
-    betas: ArrayLike | StrPath | None = None,
-    shape: Mapping[str, float] | None = None,
-    expressions: StrPath | None = None,
-    size: Size | None = None,
-    texture_layout: Literal["atlas", "head+body"] = "atlas",
-    texture_format: Literal["png", "jpeg", "webp", "ktx2"] | None = None,
-    quality: int | None = None,
-    filter: Filter | None = None,
-    gutter: int = 16,
-    prefer: Prefer = "first",
-    maps: Mapping[Role, Image] | None = None,
-    base_maps: Mapping[Role, Image] | None = None,
-    normal_y: Literal["opengl", "directx"] = "opengl",
-    look: Literal["pbr", "mtoon", "unlit"] = "pbr",
-    mouth: Literal["fitted", "none"] = "fitted",
-    eyes: Literal["keep", "clean"] = "keep",
-    region: str | Sequence[str] = (),
-    exclude: str | Sequence[str] = (),
-    grow: float | str | None = None,
-    unit: Literal["mm", "cm", "m", "in"] | None = None,
-    source_mask: Image | None = None,
-    fill: Image | None = None,
-    preview: StrPath | None = None,
-    blend: Literal["none", "feather", "membrane"] | None = None,
-    feather: float | str | None = None,
-    tone: Literal["base", "source", "both", "none"] | None = None,
-    skin: Image | None = None,
-    match_skin: bool = False,
-    labels: Image | None = None,
-    keep_all: bool = False,
-    lods: int | None = None,
-    lods_as: Literal["files", "msft"] | None = None,
-    preset: Literal["quest", "pcvr", "web", "visionos"] | None = None,
-    triangles: int | None = None,
-    title: str | None = None,
-    author: str | Sequence[str] = (),
-    license: Literal["only-author", "non-commercial", "everyone"] | None = None,
-    license_url: str | None = None,
-    made_from: str | None = None,
-    format: Literal["glb", "vrm"] = "glb",
-    output: StrPath | None = None,
-    verbose: bool = False,
-    threads: int | None = None,
+    **options: Unpack[AvatarOptions],
 ) -> Avatar:
     """Build an animated avatar from photographs, as ``uvgraft avatar --selfie`` does.
 
@@ -495,16 +349,8 @@ def avatar_from_photos(
         The body's texture; the built-in figure and the open body have their own.
     likeness : float
         How much of the face's shape the head gets, from 0 to 1.
-    motion, fps, ground, up, betas, shape, expressions, size, texture_layout, texture_format
-        As for `avatar`, like everything that follows.
-    quality, filter, gutter, prefer, maps, base_maps, normal_y, look, mouth, eyes, region, exclude
-        As for `avatar`.
-    grow, unit, source_mask, fill, preview, blend, feather, tone, skin, match_skin, labels, keep_all
-        As for `avatar`.
-    lods, lods_as, preset, triangles, title, author, license, license_url, made_from, format, output
-        As for `avatar`.
-    verbose, threads
-        As for `avatar`.
+    **options
+        The other parameters of `avatar`: `motion`, `size`, `blend` and so on.
 
     Returns
     -------
@@ -522,65 +368,45 @@ def avatar_from_photos(
         For photographs without a usable face, if the networks that find faces were not imported,
         and for files and options that cannot be used.
     TypeError, ValueError
-        For arguments of another type or shape.
+        For arguments of another type or shape, and options that do not exist.
     OSError
         If a file does not exist, or cannot be read or written.
     """
-    # Taken first, so that it holds the parameters and nothing else.
-    return _build(locals())
+    of_photos = {
+        "photos": photos,
+        "body": body,
+        "pair": pair,
+        "onto": onto,
+        "likeness": likeness,
+        "face_number": face_number,
+        "focal": focal,
+        "head_texture": head_texture,
+        "relight": relight,
+        "frames": frames,
+    }
+    return _build("avatar_from_photos", of_photos, options)
 
 
-def _build(given: dict[str, Any]) -> Avatar:
-    """Build an avatar from the parameters of a function above."""
-    output = given["output"]
-    name = f"avatar.{given['format']}" if output is None else Path(output).name
-    with tempfile.TemporaryDirectory(prefix="uvgraft-") as folder:
-        # Inputs beside it have other extensions.
-        made = Path(folder, name)
-        words = _words(given, folder, made)
-        report, notes = run(words, threads=given["threads"], folder=folder)
-        in_files = given["lods_as"] != "msft"
-        levels = range(1, (given["lods"] or 0) + 1 if in_files else 1)
-        files = [made.with_name(f"{made.stem}.lod{level}{made.suffix}") for level in levels]
-        built = Avatar(
-            made.read_bytes(),
-            name=name,
-            report=report,
-            notes=notes,
-            levels=[file.read_bytes() for file in files],
-        )
+def _build(call: str, given: dict[str, Any], options: AvatarOptions) -> Avatar:
+    """Build an avatar from the arguments of a function above."""
+    for name in options:
+        if name not in AvatarOptions.__annotations__:
+            raise TypeError(f"{call}() got an unexpected keyword argument {name!r}")
+    given = {**given, **options}
+    kind, output = given.pop("format", None) or "glb", given.get("output")
+    if output is None:
+        name = f"avatar.{kind}"
+    else:
+        name = Path(output).name
+        _check_folder(Path(output))
+    file, levels, report, notes = make_avatar(name, given)
+    built = Avatar(file, name=name, report=report, notes=notes, levels=levels)
     if output is not None:
         built.save(output)
     return built
 
 
-def _words(given: Mapping[str, Any], folder: str, output: Path) -> list[str]:
-    """Return the arguments of ``uvgraft avatar``."""
-    arguments = Arguments("avatar", folder)
-    onto = given["onto"]
-    if onto is not None and not isinstance(onto, str):
-        onto = arguments.image("onto", onto)
-    plain = {name: given.get(name) for name in _PLAIN} | {"onto": onto}
-    arguments.options(**plain)
-    arguments.options(
-        output=output,
-        body=given["body"],
-        face=given.get("face_number"),
-        betas=numbers("betas", given["betas"]),
-        shape=named_numbers(given["shape"]),
-        texture=given["texture_format"],
-        match="skin" if given["match_skin"] else None,
-    )
-    arguments.size(given["size"])
-    arguments.images(**{name: given.get(name) for name in _IMAGES})
-    for name in _REPEATED:
-        arguments.repeated(name, given[name])
-    arguments.maps("map", given["maps"] or {})
-    arguments.maps("onto", given["base_maps"] or {})
-    pair = [] if given["pair"] is None else [arguments.pair(given["pair"])]
-    if "photos" in given:
-        arguments.repeated("selfie", arguments.photographs(given["photos"]))
-        arguments.positional(*pair)
-    else:
-        arguments.positional(*pair, arguments.image("face", given["face"]))
-    return arguments.words
+def _check_folder(path: Path) -> None:
+    """Check that a file's folder exists, which would be created otherwise."""
+    if not path.parent.is_dir():
+        raise FileNotFoundError(f"{path}: folder {path.parent} does not exist")

@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
-import os
-from collections.abc import Iterable, Iterator
-from typing import Any, Literal, NamedTuple
+from collections.abc import Sequence
+from typing import TYPE_CHECKING, Any, Literal, NamedTuple, TypedDict
 
+from uvgraft._types import BlendMode, Filter, Overlap, Prefer, Size, StrPath, ToneSide, Unit
 from uvgraft._uvgraft import PreparedTransfer
 
-StrPath = str | os.PathLike[str]
+if TYPE_CHECKING:
+    from typing_extensions import Unpack
 
 
 class Transferred(NamedTuple):
@@ -35,6 +36,37 @@ class Transferred(NamedTuple):
     notes: list[str]
 
 
+class TransferOptions(TypedDict, total=False):
+    """Options that `FileTransfer` and `uvgraft.batch.BatchTransfer` share; the former has them."""
+
+    onto: StrPath | None
+    size: Size | None
+    reverse: bool
+    filter: Filter | None
+    gutter: int
+    prefer: Prefer
+    overlap: Overlap
+    linear_light: bool
+    data: bool
+    fit: bool
+    fit_steps: int | None
+    region: str | Sequence[str]
+    exclude: str | Sequence[str]
+    grow: float | str | None
+    unit: Unit | None
+    blend: BlendMode | None
+    feather: float | str | None
+    tone: ToneSide | None
+    match_skin: bool
+    keep_all: bool
+    skin: StrPath | None
+    labels: StrPath | None
+    source_mask: StrPath | None
+    fill: StrPath | None
+    compress: bool
+    quality: int
+
+
 class FileTransfer:
     """A transfer of encoded images, byte for byte as ``uvgraft transfer`` writes them.
 
@@ -46,6 +78,13 @@ class FileTransfer:
     ----------
     pair : path
         A pair file.
+    threads : int, optional
+        Threads of a call, 0 for one per processor; see `set_threads`.
+    **options
+        See below.
+
+    Other Parameters
+    ----------------
     onto : path or str, optional
         The base: an image, or a colour such as ``"#808080"``. By default transparent.
     size : int or (int, int), optional
@@ -55,11 +94,11 @@ class FileTransfer:
     filter : {"nearest", "bilinear", "catmull-rom", "lanczos3"}, optional
         By default lanczos3, and bilinear for data.
     gutter : int
-        Width of the gutter around UV islands in texels, 0 to 256.
+        Width of the gutter around UV islands in texels, 0 to 256. By default 16.
     prefer : {"first", "left", "right"}
-        UV island that owns texels that several cover.
+        UV island that owns texels that several cover. By default first.
     overlap : {"first", "average"}
-        How overlapping UV islands are combined.
+        How overlapping UV islands are combined. By default first.
     linear_light : bool
         Average colours in linear light instead of as encoded.
     data : bool
@@ -68,19 +107,20 @@ class FileTransfer:
         Solve for the texture that best reproduces the source.
     fit_steps : int, optional
         Maximum number of steps of a fit.
-    region, exclude : sequence of str
+    region, exclude : str or sequence of str
         Parts of the surface, as ``uvgraft transfer --region`` takes them: ``"target:mask.png"``,
         ``"masks.pkl#face,neck"``.
-    grow : str, optional
-        Grow the region by a length or by rings: ``"-5mm"``, ``"2rings"``.
+    grow : float or str, optional
+        Grow the region by a length in the mesh's unit, ``"5mm"`` or ``"2rings"``; shrink it if
+        negative.
     unit : {"mm", "cm", "m", "in"}, optional
-        Unit of the mesh coordinates.
+        Unit of the mesh coordinates. By default m.
     blend : {"none", "feather", "membrane"}, optional
-        How to hide the boundary of the region.
-    feather : str, optional
-        Width of the feather, such as ``"10mm"``.
+        How to hide the boundary of the region. By default none, or feather with one.
+    feather : float or str, optional
+        Width of the feather, in the mesh's unit or such as ``"10mm"``, the default.
     tone : {"base", "source", "both", "none"}, optional
-        Side that sets the skin tone.
+        Side that sets the skin tone. By default base.
     match_skin : bool
         Also match the colour statistics of skin.
     keep_all : bool
@@ -90,82 +130,26 @@ class FileTransfer:
     compress : bool
         Write smaller files, more slowly.
     quality : int
-        JPEG quality, 1 to 100.
-    threads : int, optional
-        Threads of a call, 0 for one per processor; see `set_threads`.
+        JPEG quality, 1 to 100. By default 95.
 
     Raises
     ------
     uvgraft.Error
         For files and options that cannot be used.
-    FileNotFoundError
-        If the pair does not exist.
+    TypeError, ValueError
+        For arguments of another type, and options that do not exist.
+    OSError
+        If a file does not exist or cannot be read.
     """
 
     def __init__(
-        self,
-        pair: StrPath,
-        *,
-        onto: StrPath | None = None,
-        size: int | tuple[int, int] | None = None,
-        reverse: bool = False,
-        filter: str | None = None,
-        gutter: int = 16,
-        prefer: str = "first",
-        overlap: str = "first",
-        linear_light: bool = False,
-        data: bool = False,
-        fit: bool = False,
-        fit_steps: int | None = None,
-        region: Iterable[str] = (),
-        exclude: Iterable[str] = (),
-        grow: str | None = None,
-        unit: str | None = None,
-        blend: str | None = None,
-        feather: str | None = None,
-        tone: str | None = None,
-        match_skin: bool = False,
-        keep_all: bool = False,
-        skin: StrPath | None = None,
-        labels: StrPath | None = None,
-        source_mask: StrPath | None = None,
-        fill: StrPath | None = None,
-        compress: bool = False,
-        quality: int = 95,
-        threads: int | None = None,
+        self, pair: StrPath, *, threads: int | None = None, **options: Unpack[TransferOptions]
     ) -> None:
-        values: dict[str, Any] = {
-            "onto": onto,
-            "size": _spelled_size(size),
-            "reverse": reverse,
-            "filter": filter,
-            "gutter": gutter,
-            "prefer": prefer,
-            "overlap": overlap,
-            "linear_light": linear_light,
-            "data": data,
-            "fit": fit,
-            "fit_steps": fit_steps,
-            "grow": grow,
-            "unit": unit,
-            "blend": blend,
-            "feather": feather,
-            "tone": tone,
-            "match": "skin" if match_skin else None,
-            "keep_all": keep_all,
-            "skin": skin,
-            "labels": labels,
-            "source_mask": source_mask,
-            "fill": fill,
-            "compress": compress,
-            "quality": quality,
-        }
-        parts = {"region": _listed(region), "exclude": _listed(exclude)}
-        # The parser wants a texture and an output, which come with each call.
-        arguments = [*_spelled(values), *_repeated(parts), "--output=texture.png", "--"]
-        self._arguments = [*arguments, os.fspath(pair), "texture.png"]
-        self._threads = threads
-        self._prepared = PreparedTransfer(self._arguments, threads=threads)
+        for name in options:
+            if name not in TransferOptions.__annotations__:
+                raise TypeError(f"FileTransfer() got an unexpected keyword argument {name!r}")
+        self._arguments = {"pair": pair, **options, "threads": threads}
+        self._prepared = PreparedTransfer(self._arguments)
 
     @property
     def fingerprint(self) -> str:
@@ -256,44 +240,15 @@ class FileTransfer:
 
     def __repr__(self) -> str:
         """Show the arguments."""
-        return f"<uvgraft.FileTransfer: {' '.join(self._arguments)}>"
+        pair, *others = self._arguments.items()
+        shown = [f"{name}={value!r}" for name, value in others if value is not None]
+        return f"<uvgraft.FileTransfer: {', '.join([repr(pair[1]), *shown])}>"
 
     def __getstate__(self) -> dict[str, Any]:
         """Leave out what can be prepared again."""
-        return {"arguments": self._arguments, "threads": self._threads}
+        return self._arguments
 
     def __setstate__(self, state: dict[str, Any]) -> None:
         """Prepare the transfer again."""
-        self._arguments = state["arguments"]
-        self._threads = state["threads"]
-        self._prepared = PreparedTransfer(self._arguments, threads=self._threads)
-
-
-def _spelled_size(size: int | tuple[int, int] | None) -> str | None:
-    """Spell a size as the command line does: width first."""
-    if size is None:
-        return None
-    if isinstance(size, tuple):
-        return "x".join(str(int(side)) for side in reversed(size))
-    return str(int(size))
-
-
-def _listed(parts: Iterable[str]) -> list[str]:
-    return [parts] if isinstance(parts, str) else [os.fspath(part) for part in parts]
-
-
-def _spelled(values: dict[str, Any]) -> Iterator[str]:
-    """Spell options as the command line does."""
-    for name, value in values.items():
-        option = "--" + name.replace("_", "-")
-        if value is True:
-            yield option
-        elif value is not None and value is not False:
-            # One argument, so that no value can pass for an option.
-            yield f"{option}={os.fspath(value) if isinstance(value, os.PathLike) else value}"
-
-
-def _repeated(values: dict[str, list[str]]) -> Iterator[str]:
-    for name, parts in values.items():
-        for part in parts:
-            yield f"--{name}={part}"
+        self._arguments = state
+        self._prepared = PreparedTransfer(state)

@@ -5,6 +5,7 @@ from __future__ import annotations
 import base64
 import gzip
 import html
+import os
 import struct
 import zlib
 from collections.abc import Iterable, Mapping
@@ -13,7 +14,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from uvgraft._arguments import Image, is_path
+from uvgraft._types import Image
 from uvgraft._uvgraft import Error, Mesh, Pair, SamplingMap, read_image
 
 if TYPE_CHECKING:
@@ -118,7 +119,8 @@ def show(texture: Image) -> TextureView:
     ValueError
         For other shapes, and for textures without texels.
     """
-    return TextureView(read_image(texture) if is_path(texture) else np.asarray(texture))
+    is_path = isinstance(texture, str | os.PathLike)
+    return TextureView(read_image(texture) if is_path else np.asarray(texture))
 
 
 def texture_png(texture: NDArray[Any]) -> bytes:

@@ -2,17 +2,14 @@
 
 from __future__ import annotations
 
-import os
-import tempfile
 from collections.abc import Iterable, Mapping, Sequence
 from typing import TYPE_CHECKING, Literal, TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
 
-from uvgraft._arguments import Arguments, Size, StrPath, numbers
-from uvgraft._command import run
-from uvgraft._uvgraft import read_image
+from uvgraft._types import Size, StrPath
+from uvgraft._uvgraft import make_picture
 
 if TYPE_CHECKING:
     from uvgraft._avatar import Avatar
@@ -93,57 +90,23 @@ def render(
     FileNotFoundError
         If the file does not exist.
     """
-    with tempfile.TemporaryDirectory(prefix="uvgraft-") as folder:
-        picture = os.path.join(folder, "picture.png")
-        arguments = Arguments("render", folder)
-        arguments.size(size)
-        arguments.options(
-            # The command refuses both, since one replaces the other.
-            camera=camera if look_at is None else None,
-            look_at=look_at if isinstance(look_at, str) else numbers("look_at", look_at),
-            azimuth=azimuth,
-            elevation=elevation,
-            fov=fov,
-            zoom=zoom,
-            clip=clip,
-            frame=frame,
-            background=background,
-            unlit=unlit,
-            no_floor=not floor,
-            output=picture,
-        )
-        arguments.repeated("pose", _poses(pose))
-        arguments.repeated("expression", _weights(expression))
-        arguments.positional(_file(avatar, folder))
-        run(arguments.words, threads=threads, folder=folder)
-        return read_image(picture)
-
-
-def _file(avatar: Avatar | StrPath, folder: str) -> StrPath:
-    """Return the path of an avatar, which is written if it is not one already."""
-    if isinstance(avatar, str | os.PathLike):
-        return avatar
-    path = os.path.join(folder, avatar.name)
-    with open(path, "wb") as file:
-        file.write(avatar.data)
-    return path
-
-
-def _poses(pose: Pose | None) -> list[str]:
-    if pose is None:
-        return []
-    if isinstance(pose, str):
-        return [pose]
-    if not isinstance(pose, Mapping):
-        return [word for part in pose for word in _poses(part)]
-    return [f"{bone}={numbers(f'pose of {bone}', angles)}" for bone, angles in pose.items()]
-
-
-def _weights(expression: Expression | None) -> list[str]:
-    if expression is None:
-        return []
-    if isinstance(expression, str):
-        return [expression]
-    if isinstance(expression, Mapping):
-        return [f"{name}={float(weight)!r}" for name, weight in expression.items()]
-    return list(expression)
+    return make_picture(
+        {
+            "avatar": avatar,
+            "size": size,
+            "camera": camera,
+            "look_at": look_at,
+            "azimuth": azimuth,
+            "elevation": elevation,
+            "fov": fov,
+            "zoom": zoom,
+            "pose": pose,
+            "expression": expression,
+            "clip": clip,
+            "frame": frame,
+            "background": background,
+            "unlit": unlit,
+            "floor": floor,
+            "threads": threads,
+        }
+    )

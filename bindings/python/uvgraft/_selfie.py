@@ -3,18 +3,15 @@
 from __future__ import annotations
 
 import json
-import os
-import tempfile
-from collections.abc import Iterable, Sequence
+from collections.abc import Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from uvgraft import _notebook
-from uvgraft._arguments import Arguments, Image, Relight, Size, StrPath
-from uvgraft._command import run
-from uvgraft._uvgraft import Mesh, read_image
+from uvgraft._types import Image, Relight, Size, StrPath
+from uvgraft._uvgraft import Mesh, make_selfie
 
 
 class Selfie(NamedTuple):
@@ -37,7 +34,7 @@ class Selfie(NamedTuple):
         ``size``, width and height in pixels; and ``residual_px``, the median distance of the
         landmarks from those of the fitted head.
     report : str
-        The command's summary.
+        Figures of the fit, one a line, as ``uvgraft selfie`` prints them.
     sheet : ndarray of uint8, shape (height, width, 3), or None
         A picture of landmarks, fit, coverage and result, if it was requested.
     """
@@ -112,31 +109,18 @@ def selfie(
     FileNotFoundError
         If a file does not exist.
     """
-    with tempfile.TemporaryDirectory(prefix="uvgraft-") as folder:
-        names = {"output": "texture.png", "known": "known.png", "mesh": "shape.obj"}
-        names |= {"cameras": "cameras.json"} | ({"sheet": "sheet.png"} if sheet else {})
-        made = {option: os.path.join(folder, name) for option, name in names.items()}
-        arguments = Arguments("selfie", folder)
-        arguments.size(size)
-        arguments.options(face=face_number, focal=focal, relight=relight, frames=frames, **made)
-        arguments.options(head=arguments.mesh("head", head))
-        arguments.images(head_texture=head_texture)
-        arguments.positional(*arguments.photographs(photos))
-        finished = run(arguments.words, threads=threads, folder=folder)
-        known = read_image(made["known"])
-        with open(made["cameras"], encoding="utf-8") as file:
-            cameras = json.load(file)
-        return Selfie(
-            texture=read_image(made["output"]),
-            known=known.reshape(known.shape[:2]),
-            mesh=Mesh.load(made["mesh"]),
-            cameras=cameras,
-            report=_without_files(finished.report, names.values()),
-            sheet=read_image(made["sheet"]) if sheet else None,
-        )
-
-
-def _without_files(report: str, names: Iterable[str]) -> str:
-    """Leave out the lines that name what was written."""
-    lines = report.splitlines(keepends=True)
-    return "".join(line for line in lines if not line.rstrip().endswith(tuple(names)))
+    texture, known, mesh, cameras, report, drawn = make_selfie(
+        {
+            "photos": photos,
+            "head": head,
+            "size": size,
+            "face_number": face_number,
+            "focal": focal,
+            "head_texture": head_texture,
+            "relight": relight,
+            "frames": frames,
+            "sheet": sheet,
+            "threads": threads,
+        }
+    )
+    return Selfie(texture, known, mesh, json.loads(cameras), report, drawn)

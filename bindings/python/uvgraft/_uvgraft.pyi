@@ -1,6 +1,5 @@
 """The compiled part of uvgraft. Docstrings are those of the module: ``help(uvgraft.Graft)``."""
 
-import os
 from collections.abc import Iterable, Sequence
 from typing import Any, Literal, TypeAlias, final
 
@@ -10,15 +9,21 @@ from numpy.typing import ArrayLike, NDArray
 from uvgraft._progress import GivenProgress
 from uvgraft._region import Region
 from uvgraft._results import Fit, Seams, Tone
+from uvgraft._types import (
+    BlendMode,
+    Filter,
+    Image,
+    NormalY,
+    Overlap,
+    Prefer,
+    Size,
+    StrPath,
+    ToneSide,
+)
 
-_StrPath: TypeAlias = str | os.PathLike[str]
-# An array, a PIL image, anything else with `__array__`, or the path of an image file.
-_Image: TypeAlias = Any
-_Size: TypeAlias = int | tuple[int, int]
-_FilterName: TypeAlias = Literal["nearest", "bilinear", "catmull-rom", "lanczos3"]
-_Prefer: TypeAlias = Literal["first", "left", "right"]
-_NormalY: TypeAlias = Literal["opengl", "directx"]
 _ColorEncoding: TypeAlias = Literal["srgb", "linear"]
+# Figures of a texture that was transferred, as `uvgraft.Transferred` names them.
+_Figures: TypeAlias = tuple[float | None, int, int, int, list[str], list[str]]
 
 __all__ = [
     "BodyModel",
@@ -36,6 +41,10 @@ __all__ = [
     "get_threads",
     "l1",
     "lpips",
+    "make_avatar",
+    "make_page",
+    "make_picture",
+    "make_selfie",
     "psnr",
     "read_image",
     "run_command",
@@ -62,7 +71,7 @@ class Mesh:
         name: str = "mesh",
     ) -> Mesh: ...
     @staticmethod
-    def load(path: _StrPath) -> Mesh: ...
+    def load(path: StrPath) -> Mesh: ...
     @property
     def name(self) -> str: ...
     @property
@@ -79,10 +88,10 @@ class Mesh:
 class Pair:
     def __new__(
         cls,
-        source: Mesh | _StrPath,
-        target: Mesh | _StrPath,
+        source: Mesh | StrPath,
+        target: Mesh | StrPath,
         *,
-        vertex_map: ArrayLike | _StrPath | None = None,
+        vertex_map: ArrayLike | StrPath | None = None,
         by: Literal["auto", "vertex-map", "faces", "topology", "surface"] = "auto",
         align: Literal["similarity", "rigid", "none"] = "similarity",
         landmarks: ArrayLike | None = None,
@@ -92,10 +101,10 @@ class Pair:
         threads: int | None = None,
     ) -> Pair: ...
     @staticmethod
-    def load(path: _StrPath) -> Pair: ...
+    def load(path: StrPath) -> Pair: ...
     @staticmethod
     def from_bytes(data: bytes) -> Pair: ...
-    def save(self, path: _StrPath) -> None: ...
+    def save(self, path: StrPath) -> None: ...
     def to_bytes(self) -> bytes: ...
     @property
     def source(self) -> Mesh: ...
@@ -118,39 +127,39 @@ class Graft:
         cls,
         pair: Pair,
         *,
-        size: _Size | None = None,
+        size: Size | None = None,
         reverse: bool = False,
-        filter: _FilterName | None = None,
+        filter: Filter | None = None,
         gutter: int = 16,
-        prefer: _Prefer = "first",
-        overlap: Literal["first", "average"] = "first",
+        prefer: Prefer = "first",
+        overlap: Overlap = "first",
         linear_light: bool = False,
-        encoding: Literal["srgb", "linear"] = "srgb",
+        encoding: _ColorEncoding = "srgb",
         content: Literal["color", "data", "normals"] = "color",
-        normal_y: _NormalY = "opengl",
-        normal_y_out: _NormalY | None = None,
+        normal_y: NormalY = "opengl",
+        normal_y_out: NormalY | None = None,
         region: Region | None = None,
-        blend: Literal["none", "feather", "membrane"] | None = None,
+        blend: BlendMode | None = None,
         feather: float | None = None,
-        tone: Literal["base", "source", "both", "none"] = "base",
+        tone: ToneSide = "base",
         match_skin: bool = False,
         keep_all: bool = False,
-        skin: _Image | None = None,
-        labels: _Image | None = None,
+        skin: Image | None = None,
+        labels: Image | None = None,
         threads: int | None = None,
     ) -> Graft: ...
     def apply(
         self,
-        texture: _Image,
-        base: _Image | None = None,
+        texture: Image,
+        base: Image | None = None,
         *,
         out: NDArray[Any] | None = None,
         threads: int | None = None,
     ) -> NDArray[Any]: ...
     def fit(
         self,
-        texture: _Image,
-        base: _Image | None = None,
+        texture: Image,
+        base: Image | None = None,
         *,
         steps: int | None = None,
         min_gain: float | None = None,
@@ -161,16 +170,14 @@ class Graft:
         threads: int | None = None,
     ) -> Fit: ...
     def tone(
-        self, texture: _Image, base: _Image | None = None, *, threads: int | None = None
+        self, texture: Image, base: Image | None = None, *, threads: int | None = None
     ) -> Tone | None: ...
     def mask(
-        self, *, size: _Size | None = None, source_size: _Size | None = None
+        self, *, size: Size | None = None, source_size: Size | None = None
     ) -> NDArray[np.uint8]: ...
-    def map(
-        self, *, size: _Size | None = None, source_size: _Size | None = None
-    ) -> SamplingMap: ...
-    def operator(self, *, size: _Size | None = None, source_size: _Size) -> Operator: ...
-    def grid(self, size: _Size | None = None, *, device: Any = None) -> Any: ...
+    def map(self, *, size: Size | None = None, source_size: Size | None = None) -> SamplingMap: ...
+    def operator(self, *, size: Size | None = None, source_size: Size) -> Operator: ...
+    def grid(self, size: Size | None = None, *, device: Any = None) -> Any: ...
     @property
     def pair(self) -> Pair: ...
     @property
@@ -178,7 +185,7 @@ class Graft:
     @property
     def region(self) -> Region | None: ...
     @property
-    def filter(self) -> _FilterName: ...
+    def filter(self) -> Filter: ...
     def __getnewargs_ex__(self) -> tuple[tuple[Pair], dict[str, Any]]: ...
 
 @final
@@ -187,10 +194,10 @@ class SamplingMap:
         cls,
         pair: Pair,
         *,
-        size: _Size,
+        size: Size,
         reverse: bool = False,
         gutter: int = 16,
-        prefer: _Prefer = "first",
+        prefer: Prefer = "first",
         threads: int | None = None,
     ) -> SamplingMap: ...
     @property
@@ -198,7 +205,7 @@ class SamplingMap:
     def uv(self, *, gutter: bool = True) -> NDArray[np.float32]: ...
     def _grid(self, *, gutter: bool = True) -> NDArray[np.float32]: ...
     def remap(
-        self, source_size: _Size, *, gutter: bool = True
+        self, source_size: Size, *, gutter: bool = True
     ) -> tuple[NDArray[np.float32], NDArray[np.float32]]: ...
     def faces(self, *, gutter: bool = False) -> NDArray[np.int32]: ...
     def mask(self) -> NDArray[np.uint8]: ...
@@ -227,12 +234,10 @@ class Operator:
 
 @final
 class PreparedTransfer:
-    def __new__(
-        cls, arguments: Iterable[str], *, threads: int | None = None
-    ) -> PreparedTransfer: ...
+    def __new__(cls, arguments: dict[str, Any]) -> PreparedTransfer: ...
     def to_file(
-        self, source: _StrPath, output: _StrPath, *, threads: int | None = None
-    ) -> tuple[float | None, int, int, int, list[str], list[str]]: ...
+        self, source: StrPath, output: StrPath, *, threads: int | None = None
+    ) -> _Figures: ...
     def to_bytes(
         self,
         data: bytes,
@@ -240,18 +245,18 @@ class PreparedTransfer:
         name: str = "texture",
         format: str = "png",
         threads: int | None = None,
-    ) -> tuple[bytes, tuple[float | None, int, int, int, list[str], list[str]]]: ...
+    ) -> tuple[bytes, _Figures]: ...
     @property
     def fingerprint(self) -> str: ...
     @property
     def shape(self) -> tuple[int, int]: ...
     def made_from_bytes(self, data: bytes) -> str: ...
-    def made_from_file(self, source: _StrPath) -> str: ...
+    def made_from_file(self, source: StrPath) -> str: ...
 
-def read_image(path: _StrPath) -> NDArray[Any]: ...
+def read_image(path: StrPath) -> NDArray[Any]: ...
 def write_image(
-    path: _StrPath,
-    image: _Image,
+    path: StrPath,
+    image: Image,
     *,
     encoding: Literal["srgb", "linear", "data"] = "srgb",
     compress: bool = False,
@@ -259,79 +264,87 @@ def write_image(
 ) -> None: ...
 def set_threads(threads: int) -> None: ...
 def get_threads() -> int: ...
-def run_command(arguments: Sequence[_StrPath]) -> int: ...
+def make_avatar(
+    file_name: StrPath, arguments: dict[str, Any]
+) -> tuple[bytes, list[bytes], str, list[str]]: ...
+def make_selfie(
+    arguments: dict[str, Any],
+) -> tuple[NDArray[np.uint8], NDArray[np.uint8], Mesh, str, str, NDArray[np.uint8] | None]: ...
+def make_picture(arguments: dict[str, Any]) -> NDArray[np.uint8]: ...
+def make_page(avatar: Any) -> bytes: ...
+def run_command(arguments: Sequence[StrPath]) -> int: ...
 def choices() -> dict[str, list[str]]: ...
 def l1(
-    reference: _Image,
-    test: _Image,
+    reference: Image,
+    test: Image,
     *,
-    mask: _Image | None = None,
+    mask: Image | None = None,
     encoding: _ColorEncoding = "srgb",
     threads: int | None = None,
 ) -> float: ...
 def psnr(
-    reference: _Image,
-    test: _Image,
+    reference: Image,
+    test: Image,
     *,
-    mask: _Image | None = None,
+    mask: Image | None = None,
     encoding: _ColorEncoding = "srgb",
     threads: int | None = None,
 ) -> float: ...
 def ssim(
-    reference: _Image,
-    test: _Image,
+    reference: Image,
+    test: Image,
     *,
     window: Literal["gaussian", "uniform"] = "gaussian",
-    mask: _Image | None = None,
+    mask: Image | None = None,
     encoding: _ColorEncoding = "srgb",
     threads: int | None = None,
 ) -> float: ...
 def ssimulacra2(
-    reference: _Image,
-    test: _Image,
+    reference: Image,
+    test: Image,
     *,
-    mask: _Image | None = None,
+    mask: Image | None = None,
     encoding: _ColorEncoding = "srgb",
     threads: int | None = None,
 ) -> float: ...
 def flip(
-    reference: _Image,
-    test: _Image,
+    reference: Image,
+    test: Image,
     *,
-    mask: _Image | None = None,
+    mask: Image | None = None,
     encoding: _ColorEncoding = "srgb",
     threads: int | None = None,
 ) -> float: ...
 def lpips(
-    reference: _Image,
-    test: _Image,
+    reference: Image,
+    test: Image,
     *,
     network: Literal["alex", "vgg"] = "alex",
-    weights: _StrPath | None = None,
-    mask: _Image | None = None,
+    weights: StrPath | None = None,
+    mask: Image | None = None,
     encoding: _ColorEncoding = "srgb",
     threads: int | None = None,
 ) -> float: ...
 def compare(
-    reference: _Image,
-    test: _Image,
+    reference: Image,
+    test: Image,
     *,
-    mask: _Image | None = None,
+    mask: Image | None = None,
     metrics: str | Iterable[str] | None = None,
-    weights: _StrPath | None = None,
+    weights: StrPath | None = None,
     encoding: _ColorEncoding = "srgb",
     threads: int | None = None,
 ) -> dict[str, float]: ...
 def seams(
     pair: Pair | Graft,
-    texture: _Image,
+    texture: Image,
     *,
     reverse: bool = False,
     region: Region | None = None,
     offset: float | None = None,
     distance: float | None = None,
-    base: _Image | None = None,
-    face: _Image | None = None,
+    base: Image | None = None,
+    face: Image | None = None,
     worst: int = 5,
     encoding: _ColorEncoding = "srgb",
     threads: int | None = None,
@@ -341,7 +354,7 @@ def seams(
 class BodyModel:
     @staticmethod
     def load(
-        path: _StrPath, *, max_betas: int | None = None, correctives: bool = True
+        path: StrPath, *, max_betas: int | None = None, correctives: bool = True
     ) -> BodyModel: ...
     @property
     def kind(self) -> Literal["SMPL", "SMPL-H", "SMPL-X", "FLAME"]: ...

@@ -24,11 +24,14 @@ import time
 from collections.abc import Iterable, Iterator, Mapping
 from concurrent.futures import ThreadPoolExecutor
 from itertools import islice
-from typing import Any, Literal, NamedTuple
+from typing import TYPE_CHECKING, Any, Literal, NamedTuple
 
-from uvgraft import Error, FileTransfer, Transferred
+from uvgraft import Error, FileTransfer, TransferOptions, Transferred
 from uvgraft._files import below, is_remote, locate, make_folder
 from uvgraft._records import Check, Record, Records
+
+if TYPE_CHECKING:
+    from typing_extensions import Unpack
 
 Status = Literal["written", "up to date", "failed"]
 
@@ -126,7 +129,7 @@ class BatchTransfer:
         a texture that is called as in the archive.
     filesystem, source_filesystem : pyarrow.fs.FileSystem or fsspec.AbstractFileSystem, optional
         What `output`, and paths of textures, are paths in; for credentials that URIs cannot hold.
-    **options : Any
+    **options
         Those of `uvgraft.FileTransfer`: `onto`, `size`, `blend` and so on. Files among them may be
         URIs.
 
@@ -150,7 +153,7 @@ class BatchTransfer:
         name_column: str = "name",
         filesystem: Any = None,
         source_filesystem: Any = None,
-        **options: Any,
+        **options: Unpack[TransferOptions],
     ) -> None:
         if resume not in ("content", "size", None):
             raise ValueError(f'resume must be "content", "size" or None, got {resume!r}')
@@ -195,8 +198,8 @@ class BatchTransfer:
         ------
         uvgraft.Error
             For files and options that cannot be used.
-        FileNotFoundError
-            If the pair does not exist.
+        OSError
+            If a file does not exist or cannot be read.
         """
         with self._lock:
             if self._worker is None:
@@ -221,7 +224,7 @@ class BatchTransfer:
 
         Raises
         ------
-        uvgraft.Error, FileNotFoundError
+        uvgraft.Error, OSError
             As `prepare`.
         """
         yield from (report for _, report in self._run(rows))

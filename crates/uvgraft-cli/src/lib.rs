@@ -154,26 +154,6 @@ fn parse(arguments: &[OsString]) -> Result<(Cli, Vec<(String, String)>), clap::E
     Ok((cli, options))
 }
 
-/// The transfer that arguments of `uvgraft transfer` describe, without the command's own name.
-///
-/// # Errors
-/// For arguments that the command would refuse, with its message.
-pub fn parse_transfer(
-    arguments: impl IntoIterator<Item = OsString>,
-) -> anyhow::Result<uvgraft_pipeline::Transfer> {
-    let command = ["uvgraft", "transfer"].map(OsString::from);
-    let cli = Cli::try_parse_from(command.into_iter().chain(arguments)).map_err(|error| {
-        let text = error.render().to_string();
-        let what = text.split("\n\nUsage:").next().unwrap_or(&text);
-        let what = what.split("\n\nFor more information").next().unwrap_or(what);
-        failure::bad_input(what.trim().trim_start_matches("error: "))
-    })?;
-    match cli.command {
-        Command::Transfer(args) => args.checked_transfer(),
-        _ => Err(failure::bad_input("the arguments must be those of a transfer")),
-    }
-}
-
 /// More would only take longer to start.
 const MAX_THREADS: u16 = 1024;
 

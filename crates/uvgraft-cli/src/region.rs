@@ -1,6 +1,6 @@
 //! Options for regions of the surface.
 
-use uvgraft_pipeline::{Grow, Length, Region, RegionPart, Unit};
+use uvgraft_pipeline::{Grow, Region, RegionPart, Unit};
 
 use crate::choice::choice;
 use crate::heading;
@@ -22,24 +22,11 @@ pub(crate) struct RegionArgs {
     ///
     /// By a distance along the surface, such as 5mm or -5mm, or by rings of triangles, such as
     /// 2rings.
-    #[arg(long, value_name = "LENGTH|RINGS", value_parser = parse_growth, allow_hyphen_values = true)]
+    #[arg(long, value_name = "LENGTH|RINGS", value_parser = Grow::parse, allow_hyphen_values = true)]
     grow: Option<Grow>,
     /// Unit of the mesh coordinates, for lengths with a unit [default: m]
     #[arg(long, value_parser = choice::<Unit>())]
     unit: Option<Unit>,
-}
-
-fn parse_growth(text: &str) -> Result<Grow, String> {
-    let rings = text.strip_suffix("rings").or_else(|| text.strip_suffix("ring"));
-    match rings {
-        Some(count) => match count.trim_end().parse() {
-            Ok(count) if (-1000..=1000).contains(&count) => Ok(Grow::Rings(count)),
-            _ => Err("must be -1000 to 1000 rings, such as 2rings or -1ring".to_owned()),
-        },
-        None => Length::parse(text)
-            .map(Grow::By)
-            .map_err(|wanted| format!("{wanted}; or rings, such as 2rings")),
-    }
 }
 
 fn parse_part(text: &str) -> Result<RegionPart, String> {
@@ -60,20 +47,5 @@ impl RegionArgs {
         region.grow = self.grow;
         region.unit = self.unit;
         region
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn growth() {
-        assert_eq!(parse_growth("-2rings"), Ok(Grow::Rings(-2)));
-        assert_eq!(parse_growth("1ring"), Ok(Grow::Rings(1)));
-        assert_eq!(parse_growth("-3mm"), Ok(Grow::By(Length::millimeters(-3.0))));
-        for bad in ["", "ring", "3.5rings", "99999rings", "x"] {
-            assert!(parse_growth(bad).is_err(), "{bad}");
-        }
     }
 }

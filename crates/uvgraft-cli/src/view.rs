@@ -11,7 +11,6 @@ use uvgraft_io::output;
 use uvgraft_pipeline::Outputs;
 
 use crate::failure::{bad_input, note};
-use crate::render::aim;
 use crate::terminal;
 
 /// Show a GLB, VRM or glTF file in the browser
@@ -36,7 +35,7 @@ pub(crate) struct Args {
     ///
     /// A bone by its VRM name (leftHand), any node by its name, or a box given by two corners in
     /// metres.
-    #[arg(long, value_name = "BONE|X0,Y0,Z0,X1,Y1,Z1", value_parser = aim, allow_hyphen_values = true)]
+    #[arg(long, value_name = "BONE|X0,Y0,Z0,X1,Y1,Z1", value_parser = Aim::parse, allow_hyphen_values = true)]
     look_at: Option<Aim>,
     /// Write the file without opening it
     #[arg(long)]

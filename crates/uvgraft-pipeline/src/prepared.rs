@@ -87,8 +87,7 @@ impl Transfer {
             || Base::new(&self.base_order(onto, values, size), true),
         );
         let (blend, base) = (blend?, base?);
-        let inputs = self.common_inputs().into_iter().chain(onto.and_then(BaseSource::as_image));
-        let files = inputs.filter_map(Input::path);
+        let files = self.shared_inputs().into_iter().filter_map(Input::path);
         let fingerprint = fingerprint.map_err(|error| {
             let culprit = files.clone().find(|path| !path.is_file());
             let culprit = culprit.unwrap_or(self.correspondence.input().name()).display();
@@ -109,6 +108,18 @@ impl Transfer {
             inputs: files.map(resolve).collect(),
             calls: Isolated::default(),
         })
+    }
+
+    /// What is read once for all textures: the pair or the map, parts of the region, images, and a base
+    /// image that they share.
+    pub fn shared_inputs(&self) -> Vec<&Input> {
+        let onto = match &self.inputs {
+            Inputs::Textures { onto, .. } | Inputs::Listed { onto, .. } => onto.as_ref(),
+            Inputs::Material(_) => None,
+        };
+        let mut inputs = self.common_inputs();
+        inputs.extend(onto.and_then(BaseSource::as_image));
+        inputs
     }
 
     /// The base and the values of textures that come one by one.

@@ -35,6 +35,25 @@ pub enum Grow {
     Rings(i32),
 }
 
+impl Grow {
+    /// Parses a distance such as `5mm` or `-0.01`, or rings such as `2rings`.
+    ///
+    /// # Errors
+    /// The requirements that the text does not meet.
+    pub fn parse(text: &str) -> std::result::Result<Self, String> {
+        let rings = text.strip_suffix("rings").or_else(|| text.strip_suffix("ring"));
+        match rings {
+            Some(count) => match count.trim_end().parse() {
+                Ok(count) if (-1000..=1000).contains(&count) => Ok(Self::Rings(count)),
+                _ => Err("must be -1000 to 1000 rings, such as 2rings or -1ring".to_owned()),
+            },
+            None => Length::parse(text)
+                .map(Self::By)
+                .map_err(|wanted| format!("{wanted}; or rings, such as 2rings")),
+        }
+    }
+}
+
 /// A part of a mesh read from a file: a vertex list (NPY, text), vertex groups (pickle, JSON), or a
 /// painted mask (an image). The extension of its name says which.
 #[derive(Debug, Clone, PartialEq, Eq, Hash)]
@@ -182,6 +201,16 @@ fn selection(domain: &BlendDomain, part: &RegionPart) -> Result<Selection> {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn growth() {
+        assert_eq!(Grow::parse("-2rings"), Ok(Grow::Rings(-2)));
+        assert_eq!(Grow::parse("1ring"), Ok(Grow::Rings(1)));
+        assert_eq!(Grow::parse("-3mm"), Ok(Grow::By(Length::millimeters(-3.0))));
+        for bad in ["", "ring", "3.5rings", "99999rings", "x"] {
+            assert!(Grow::parse(bad).is_err(), "{bad}");
+        }
+    }
 
     #[test]
     fn parts_are_parsed() {

@@ -38,6 +38,10 @@ const ROLES: [(&str, MapRole); 7] = [
 pub(super) const ROUGHNESS: f32 = 0.7;
 
 impl MapRole {
+    /// All roles.
+    pub const ALL: [Self; 6] =
+        [Self::Normal, Self::Roughness, Self::Metallic, Self::Occlusion, Self::Orm, Self::Emissive];
+
     /// The role of a name, in lower case.
     pub fn named(name: &str) -> Option<Self> {
         ROLES.into_iter().find(|(known, _)| *known == name).map(|(_, role)| role)

@@ -2,6 +2,7 @@
 
 mod camera;
 mod frames;
+mod parse;
 
 use uvgraft::{Size, Texture};
 use uvgraft_gltf::scene::{NamedPose, PosedPrimitive, Scene};
@@ -13,6 +14,7 @@ use self::camera::Cameras;
 pub use self::camera::{Aim, Shot};
 use self::frames::Frame;
 pub use self::frames::MAX_FRAMES;
+pub use self::parse::{parse_background, parse_expression, parse_number};
 
 /// A request for pictures of a GLB, VRM or glTF file of any origin.
 #[derive(Debug, Clone)]

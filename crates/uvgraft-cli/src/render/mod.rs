@@ -8,11 +8,10 @@ use std::process::ExitCode;
 
 use uvgraft::{Choice, Size};
 use uvgraft_assembly::RenderRequest;
-use uvgraft_assembly::render::{Aim, PoseOption, Shot};
+use uvgraft_assembly::render::{Aim, PoseOption, Shot, parse_background, parse_number};
 use uvgraft_render::Background;
 
 use self::options::Weight;
-pub(crate) use self::options::aim;
 use self::output::Output;
 use crate::choice::choice;
 use crate::heading;
@@ -43,12 +42,12 @@ pub(crate) struct Args {
     ///
     /// A bone by its VRM name (leftHand), any node by its name, or a box given by two corners in
     /// metres.
-    #[arg(long, value_name = "BONE|X0,Y0,Z0,X1,Y1,Z1", value_parser = options::aim)]
+    #[arg(long, value_name = "BONE|X0,Y0,Z0,X1,Y1,Z1", value_parser = Aim::parse)]
     #[arg(conflicts_with = "camera", allow_hyphen_values = true, help_heading = heading::CAMERA)]
     look_at: Option<Aim>,
     /// Angle around the person: 0 in front, 90 on their left
     #[arg(long, default_value_t = 20.0, value_name = "DEGREES", allow_hyphen_values = true)]
-    #[arg(value_parser = options::finite, help_heading = heading::CAMERA)]
+    #[arg(value_parser = parse_number, help_heading = heading::CAMERA)]
     azimuth: f32,
     /// Angle above the horizon, from -89 to 89
     #[arg(long, default_value_t = 7.0, value_name = "DEGREES", allow_hyphen_values = true)]
@@ -71,7 +70,7 @@ pub(crate) struct Args {
     ///
     /// Named poses: rest, t-pose, a-pose, stand, wave, walk. A bone is rotated by degrees about X,
     /// Y and Z, as in leftUpperArm=0,0,-40.
-    #[arg(long, value_name = "NAME|BONE=X,Y,Z", value_parser = options::pose)]
+    #[arg(long, value_name = "NAME|BONE=X,Y,Z", value_parser = PoseOption::parse)]
     #[arg(help_heading = heading::POSE)]
     pose: Vec<PoseOption>,
     /// Expression or morph target and its weight, such as blink=0.8; repeatable
@@ -96,7 +95,7 @@ pub(crate) struct Args {
     #[arg(long, value_name = "N", value_parser = options::rate, help_heading = heading::MOVING)]
     fps: Option<f32>,
     /// Background: studio, transparent, or a colour such as #ff8000
-    #[arg(long, value_name = "BACKGROUND", value_parser = options::background)]
+    #[arg(long, value_name = "BACKGROUND", value_parser = parse_background)]
     #[arg(help_heading = heading::APPEARANCE)]
     background: Option<Background>,
     /// Draw plain texture colours without lighting

@@ -243,7 +243,7 @@ pub(crate) fn run(args: &Args) -> anyhow::Result<ExitCode> {
 
 impl Args {
     /// The transfer that the options describe, if none of them conflict.
-    pub(crate) fn checked_transfer(&self) -> anyhow::Result<Transfer> {
+    fn checked_transfer(&self) -> anyhow::Result<Transfer> {
         self.blending.settings().check()?;
         self.transfer()
     }

@@ -1,0 +1,25 @@
+"""Types of arguments that several functions take.
+
+The names of values are those of the compiled part; a test compares them.
+"""
+
+from __future__ import annotations
+
+import os
+from typing import Any, Literal, TypeAlias
+
+StrPath: TypeAlias = str | os.PathLike[str]
+# An array, a PIL image, anything else with `__array__`, or the path of an image file.
+Image: TypeAlias = Any
+Size: TypeAlias = int | tuple[int, int]
+
+BlendMode = Literal["none", "feather", "membrane"]
+Filter = Literal["nearest", "bilinear", "catmull-rom", "lanczos3"]
+NormalY = Literal["opengl", "directx"]
+Overlap = Literal["first", "average"]
+Prefer = Literal["first", "left", "right"]
+Relight = Literal["off", "soft", "full"]
+Role = Literal["normal", "roughness", "metallic", "occlusion", "orm", "emissive"]
+Side = Literal["source", "target"]
+ToneSide = Literal["base", "source", "both", "none"]
+Unit = Literal["mm", "cm", "m", "in"]
