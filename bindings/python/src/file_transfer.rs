@@ -34,7 +34,7 @@ impl Prepared {
         let threads = keywords.threads()?;
         let transfer = keywords.transfer()?;
         keywords.finish()?;
-        check_files(py, transfer.shared_inputs())?;
+        check_files(py, transfer.prepared_inputs())?;
         let prepared = threads::run(py, threads, || transfer.prepare(&()))?.map_err(of_pipeline)?;
         Ok(Self { prepared, threads })
     }

@@ -2,7 +2,6 @@
 
 use pyo3::prelude::*;
 use pyo3::types::{PyBytes, PyDict, PyMapping, PyString};
-use uvgraft::Size;
 use uvgraft_assembly::render::{Aim, PoseOption, parse_background, parse_expression};
 use uvgraft_assembly::{RenderRequest, ViewRequest};
 use uvgraft_pipeline::Failure;

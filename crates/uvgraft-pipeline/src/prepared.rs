@@ -87,7 +87,7 @@ impl Transfer {
             || Base::new(&self.base_order(onto, values, size), true),
         );
         let (blend, base) = (blend?, base?);
-        let files = self.shared_inputs().into_iter().filter_map(Input::path);
+        let files = self.prepared_inputs().into_iter().filter_map(Input::path);
         let fingerprint = fingerprint.map_err(|error| {
             let culprit = files.clone().find(|path| !path.is_file());
             let culprit = culprit.unwrap_or(self.correspondence.input().name()).display();
@@ -112,7 +112,7 @@ impl Transfer {
 
     /// What is read once for all textures: the pair or the map, parts of the region, images, and a base
     /// image that they share.
-    pub fn shared_inputs(&self) -> Vec<&Input> {
+    pub fn prepared_inputs(&self) -> Vec<&Input> {
         let onto = match &self.inputs {
             Inputs::Textures { onto, .. } | Inputs::Listed { onto, .. } => onto.as_ref(),
             Inputs::Material(_) => None,
