@@ -119,14 +119,14 @@ impl Keywords<'_> {
         request.eyes = self.choice("eyes")?.unwrap_or(request.eyes);
         request.region = self.region()?;
         request.blending = self.blending()?;
-        match self.take("labels")? {
-            Some(given) => match given.extract::<PathBuf>() {
+        if let Some(given) = self.take("labels")? {
+            match given.extract::<PathBuf>() {
                 Ok(path) if !path.exists() => drawings.labels = Some(path),
                 _ => {
-                    request.blending.labels = Some(inputs::image(&given, "labels", Encoding::Srgb)?)
+                    let labels = inputs::image(&given, "labels", Encoding::Srgb)?;
+                    request.blending.labels = Some(labels);
                 }
-            },
-            None => {}
+            }
         }
         request.blending.draw_labels = drawings.labels.is_some();
         request.source_mask = self.image("source_mask")?;

@@ -125,8 +125,8 @@ fn add_poses(given: &Bound<'_, PyAny>, poses: &mut Vec<PoseOption>) -> PyResult<
         }
         return Ok(());
     }
-    let parts = given.try_iter().map_err(|_| of_type(given, "pose", wanted))?;
-    parts.map(|part| add_poses(&part?, poses)).collect()
+    let mut parts = given.try_iter().map_err(|_| of_type(given, "pose", wanted))?;
+    parts.try_for_each(|part| add_poses(&part?, poses))
 }
 
 /// A clip by its name or its number.

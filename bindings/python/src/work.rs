@@ -81,6 +81,10 @@ pub(crate) fn run<T: Send + 'static>(
                 Err(RecvTimeoutError::Disconnected) => return Err(failed("the work has ended")),
                 // No handler is called once the interpreter ends.
                 Err(RecvTimeoutError::Timeout) => {
+                    #[expect(
+                        clippy::redundant_closure_for_method_calls,
+                        reason = "the method itself is not one of any lifetime"
+                    )]
                     Python::try_attach(|py| py.check_signals()).transpose()?;
                 }
             }

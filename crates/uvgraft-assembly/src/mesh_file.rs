@@ -361,9 +361,9 @@ mod tests {
     #[test]
     fn bytes_are_read_as_files_are() {
         let text = format!("{SQUARE}o face\nf 1/1 2/2 3/3\no cap\nf 1/1 3/3 4/4\n");
-        let loaded = read(&Input::bytes("a.obj#cap", text.as_bytes())).unwrap();
+        let loaded = read(Input::bytes("a.obj#cap", text.as_bytes())).unwrap();
         assert_eq!((loaded.mesh.polygon_count(), &*loaded.name), (1, "a.obj#cap"));
-        let refused = read(&Input::bytes("a.obj#hat", text.as_bytes())).unwrap_err().to_string();
+        let refused = read(Input::bytes("a.obj#hat", text.as_bytes())).unwrap_err().to_string();
         assert!(refused.starts_with("a.obj: ") && refused.ends_with("face, cap"), "{refused}");
     }
 

@@ -125,7 +125,7 @@ fn renders() {
     bench.make("avatar demo.uvpair face.png --onto base.png --unit m --body demo -o me.glb");
     bench.make("render me.glb -o me.png --camera head --size 64x96 --clip walk --frame 0.3");
     let wanted = bench.texture("me.png");
-    let mut request = RenderRequest::new(&self::bytes(&bench, "me.glb"));
+    let mut request = RenderRequest::new(self::bytes(&bench, "me.glb"));
     request.aim = Aim::Shot(Shot::Head);
     request.size = Size::new(64, 96);
     request.clip = Some("walk".to_owned());

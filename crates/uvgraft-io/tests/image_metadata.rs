@@ -7,7 +7,7 @@ use std::io::Cursor;
 use uvgraft::color::Encoding;
 use uvgraft::texture::{Channels, Depth, Size, Texels, Texture};
 use uvgraft_io::image::{
-    BandEncoder, BandReader, Format, Image, TextureSpec, WriteOptions, decode,
+    BandEncoder, BandReader, Format, Image, OpenImage, TextureSpec, WriteOptions, decode,
     decode_focal_length_px, decode_header, encode, open, read, write,
 };
 use uvgraft_io::input::Input;
@@ -228,7 +228,7 @@ fn focal_lengths_of_every_format() {
     let error = open(folder.path().join("none.jpg")).err().unwrap().to_string();
     assert!(error.contains("none.jpg"), "{error}");
     let cut = &sources()[0].1[..200];
-    let error = open(Input::bytes("cut", cut)).and_then(|image| image.decode()).unwrap_err();
+    let error = open(Input::bytes("cut", cut)).and_then(OpenImage::decode).unwrap_err();
     assert!(error.to_string().starts_with("cut: "), "{error}");
     assert!(decode_focal_length_px(b"GIF89a").is_err());
     for format in Format::ALL {

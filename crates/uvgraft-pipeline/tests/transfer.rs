@@ -198,7 +198,7 @@ fn failures_say_whose_fault_they_are() {
         failure.to_string()
     };
     let missing = fails(&|transfer| {
-        transfer.correspondence = Correspondence::Pair(desk.path("none.uvpair").into())
+        transfer.correspondence = Correspondence::Pair(desk.path("none.uvpair").into());
     });
     assert!(missing.contains("none.uvpair: "), "{missing}");
     let folder = fails(&|transfer| transfer.output = desk.path("none/out.png"));

@@ -115,7 +115,7 @@ impl Made<'_> {
             let rank = limits.rank(&measured).unwrap_or("beyond its limits");
             match limits.before {
                 Some(before) => {
-                    report.below(format_args!("\n{} {before}: {rank}", limits.platform))
+                    report.below(format_args!("\n{} {before}: {rank}", limits.platform));
                 }
                 None => report.below(format_args!("\n{}: {rank}", limits.platform)),
             }
