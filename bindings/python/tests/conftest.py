@@ -18,3 +18,15 @@ def demo(tmp_path_factory):
     folder = tmp_path_factory.mktemp("demo")
     command("demo", "--size", "256", "-o", folder)
     return folder
+
+
+@pytest.fixture(scope="session")
+def head_to_body(demo):
+    """The pair of the built-in example."""
+    return uvgraft.Pair.load(demo / "head_to_body.uvpair")
+
+
+@pytest.fixture(scope="session")
+def face(demo):
+    """The face of the built-in example."""
+    return uvgraft.read_image(demo / "face.png")

@@ -11,24 +11,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 from scenes import command, noise
-from uvgraft._command import run
 
 import uvgraft
-from uvgraft import _arguments, _avatar, _render, _selfie
 
 DATA = Path(__file__).resolve().parents[3] / "target" / "test-data"
-
-
-@pytest.fixture(scope="module")
-def head_to_body(demo):
-    """The pair of the built-in example."""
-    return uvgraft.Pair.load(demo / "head_to_body.uvpair")
-
-
-@pytest.fixture(scope="module")
-def face(demo):
-    """The face of the built-in example."""
-    return uvgraft.read_image(demo / "face.png")
 
 
 @pytest.fixture(scope="module")
@@ -191,7 +177,15 @@ def test_expressions(made):
         ({"expression": "none"}, uvgraft.Error, 'no expression "none"'),
         ({"size": 5000}, uvgraft.Error, "at most 4096"),
         ({"elevation": 90}, uvgraft.Error, "must be -89 to 89"),
-        ({"pose": {"head": (0, 1)}}, uvgraft.Error, "BONE=X,Y,Z"),
+        ({"pose": {"head": (0, 1)}}, uvgraft.Error, "three angles in degrees for head, got 2"),
+        ({"pose": "head=0,1"}, uvgraft.Error, "BONE=X,Y,Z"),
+        ({"pose": {"head": (0, 1, np.inf)}}, ValueError, "pose of head must be finite"),
+        ({"zoom": 0}, uvgraft.Error, "^`zoom` must be 0.1 to 50, got 0$"),
+        ({"look_at": (0, 1, 2)}, uvgraft.Error, "`look_at` must be six numbers"),
+        ({"camera": "feet"}, uvgraft.Error, '`camera` must be body or head, got "feet"'),
+        ({"expression": {"smile": np.nan}}, ValueError, "smile"),
+        ({"background": "red"}, uvgraft.Error, "`background` .*must be studio, transparent"),
+        ({"clip": 99}, uvgraft.Error, 'no clip "99"'),
         ({"look_at": [0, 1, np.nan]}, ValueError, "look_at must be finite"),
     ],
 )
@@ -208,9 +202,32 @@ def test_bad_pictures(made, options, error, message):
         ({"face": np.zeros((4, 4), np.int64)}, TypeError, "face must have dtype"),
         ({"onto": object()}, TypeError, "onto must be a NumPy array"),
         ({"betas": [[1.0]]}, ValueError, r"betas must be finite, of shape \(n,\)"),
-        ({"betas": [1.0]}, uvgraft.Error, "--body demo, whose shape is fixed"),
-        ({"size": None}, uvgraft.Error, "--size is required"),
-        ({"blend": "glue"}, uvgraft.Error, "invalid value 'glue'"),
+        ({"betas": [1.0]}, uvgraft.Error, "`betas` cannot be used with `body` demo"),
+        ({"size": None}, uvgraft.Error, "^`size` is required where `onto` is a colour$"),
+        ({"size": 0}, uvgraft.Error, "`size` must be 1 to 65535 texels a side, got 0"),
+        ({"size": (1, 2, 3)}, TypeError, r"size must be a number of texels or \(height, width\)"),
+        ({"blend": "glue"}, uvgraft.Error, '`blend` must be none, feather or membrane, got "glue"'),
+        ({"feather": "wide"}, uvgraft.Error, '`feather` "wide": must be a length such as 15mm'),
+        ({"grow": "2 steps"}, uvgraft.Error, "`grow` .*or rings, such as 2rings"),
+        ({"onto": "#12"}, uvgraft.Error, '^`onto`: colour must be #RGB.*, got "#12"'),
+        ({"gutter": -1}, uvgraft.Error, "`gutter` must be a whole number from 0 to 256, got -1"),
+        ({"lods": 0}, uvgraft.Error, "`lods` must be a whole number from 1"),
+        ({"fps": 29.97, "motion": "a"}, uvgraft.Error, "`fps` must be a whole number .* got 29.97"),
+        ({"fps": 30}, uvgraft.Error, "`fps` needs `motion`"),
+        ({"lods_as": "msft"}, uvgraft.Error, "`lods_as` needs `lods`"),
+        ({"preset": "moon"}, uvgraft.Error, "`preset` must be one of quest, pcvr"),
+        ({"license": "free"}, uvgraft.Error, "`license` must be one of only-author"),
+        ({"license": "everyone"}, uvgraft.Error, r"^`license` is for \.vrm outputs only"),
+        ({"skin": noise(4, 4, 1), "tone": "base"}, uvgraft.Error, "^`skin` needs `tone` source"),
+        ({"maps": [1]}, TypeError, "maps must be a mapping of roles to images, got list"),
+        ({"maps": {"gloss": "a.png"}}, uvgraft.Error, "`maps` must have roles"),
+        ({"maps": {"ao": "a", "occlusion": "b"}}, uvgraft.Error, "`maps` has the role occlusion"),
+        (
+            {"maps": {"orm": noise(4, 4, 3), "roughness": noise(4, 4, 1)}},
+            uvgraft.Error,
+            "^`maps` orm cannot be used with `maps` occlusion, roughness or metallic",
+        ),
+        ({"shape": {"age": 0.5}, "betas": [1.0]}, uvgraft.Error, "cannot be used with `body` demo"),
     ],
 )
 def test_bad_arguments(head_to_body, face, options, error, message):
@@ -219,102 +236,94 @@ def test_bad_arguments(head_to_body, face, options, error, message):
         uvgraft.avatar(**{**given, **options})
 
 
-# Options of the command that are results or arguments here, or concern terminals.
-ELSEWHERE = {
-    "avatar": {"help", "version", "threads"},
-    "selfie": {"help", "version", "threads"},
-    "render": {"help", "version", "threads", "print-camera", "turntable", "motion", "fps"},
-}
+def test_missing_files(demo, tmp_path):
+    none = tmp_path / "none.png"
+    files = (demo / "head_to_body.uvpair", demo / "face.png")
+    given = {"onto": "#888888", "size": 64, "body": "demo"}
+
+    def check(call):
+        with pytest.raises(FileNotFoundError) as caught:
+            call()
+        assert caught.value.filename == str(none)
+
+    check(lambda: uvgraft.avatar(none, files[1], **given))
+    check(lambda: uvgraft.avatar(files[0], none, **given))
+    for options in [
+        {"onto": none},
+        {"body": none},
+        {"motion": [none]},
+        {"betas": none, "body": none},
+        {"expressions": none},
+        {"maps": {"normal": none}},
+        {"base_maps": {"normal": none}},
+        {"region": f"target:{none}"},
+        {"exclude": none},
+        {"source_mask": none},
+        {"fill": none},
+        {"skin": none},
+    ]:
+        check(lambda options=options: uvgraft.avatar(*files, **{**given, **options}))
+    check(lambda: uvgraft.avatar_from_photos(none, body="demo"))
+    check(lambda: uvgraft.avatar_from_photos([files[1], none], body="demo"))
+    check(lambda: uvgraft.avatar_from_photos(files[1], body="demo", head_texture=none))
+    check(lambda: uvgraft.selfie(none, "demo"))
+    check(lambda: uvgraft.selfie(files[1], none))
+    check(lambda: uvgraft.selfie(files[1], "demo", head_texture=none))
+    check(lambda: uvgraft.render(none))
+    beside = demo / "face.png" / "below.glb"
+    with pytest.raises(NotADirectoryError) as caught:
+        uvgraft.render(beside)
+    assert caught.value.filename == str(beside)
+    if os.geteuid() != 0:
+        none.touch(0)
+        with pytest.raises(PermissionError):
+            uvgraft.selfie(none, "demo")
 
 
-def used(monkeypatch, module, call):
-    """Return the names of options that a call passes to the command."""
-
-    class StopError(Exception):
-        pass
-
-    words = []
-
-    def record(arguments, **_):
-        words.extend(arguments)
-        raise StopError
-
-    monkeypatch.setattr(module, "run", record)
-    with pytest.raises(StopError):
-        call()
-    return {word[2:].split("=")[0] for word in words if word.startswith("--")} - {""}
-
-
-def options_of(subcommand):
-    """Return the names of the options of a subcommand."""
-    found = re.findall(r"^ +(?:-\w, )?--([a-z-]+)", run([subcommand, "--help"]).report, re.M)
-    return set(found) - ELSEWHERE[subcommand]
+def test_outputs_are_checked_first(demo, tmp_path):
+    files = (demo / "head_to_body.uvpair", demo / "face.png")
+    given = {"onto": "#888888", "size": 64, "body": "demo"}
+    with pytest.raises(FileNotFoundError, match=r"folder .*none does not exist"):
+        uvgraft.avatar(*files, **given, output=tmp_path / "none" / "a.glb")
+    for options, message in [
+        ({"output": tmp_path / "a.obj"}, r"^a\.obj: extension must be \.glb or \.vrm"),
+        ({"preview": tmp_path / "none" / "a.png"}, "folder .*none does not exist"),
+        ({"preview": tmp_path / "a.txt"}, "a preview must be an image"),
+        ({"labels": tmp_path / "a.txt"}, "a label image must be an image"),
+        ({"preview": files[1]}, "is also an input"),
+    ]:
+        with pytest.raises(uvgraft.Error, match=message):
+            uvgraft.avatar(*files, **given, **options)
+    assert list(tmp_path.iterdir()) == []
 
 
-def test_every_option_of_avatar(monkeypatch, demo):
-    image = demo / "face.png"
-    options = {
-        "motion": "m.npz", "fps": 30, "ground": "clip", "up": "y", "betas": [0.5, -1],
-        "shape": {"age": 0.5}, "expressions": "m.npz", "size": (2, 3), "texture_format": "png",
-        "quality": 90, "filter": "nearest", "maps": {"normal": image}, "region": "a.npy",
-        "exclude": ["b.npy"], "grow": 0.1, "unit": "m", "source_mask": image, "fill": image,
-        "preview": "p.png", "blend": "feather", "feather": "5mm", "tone": "base", "skin": image,
-        "match_skin": True, "labels": image, "keep_all": True, "lods": 1, "lods_as": "msft",
-        "preset": "web", "triangles": 5000, "title": "t", "author": "a", "license": "everyone",
-        "license_url": "u", "made_from": "m", "verbose": True,
-    }  # fmt: skip
-    texture = used(
-        monkeypatch, _avatar, lambda: uvgraft.avatar("p", image, onto="b.png", body="x", **options)
-    )
-    wanted = options_of("avatar")
-    photos = {"selfie", "likeness", "face", "focal", "head-texture", "relight", "frames"}
-    assert texture == wanted - photos
-    of_photos = used(
-        monkeypatch,
-        _avatar,
-        lambda: uvgraft.avatar_from_photos(
-            image, body="x", onto="b.png", face_number=1, focal=5, head_texture=image, **options
-        ),
-    )
-    assert of_photos == wanted
+def test_messages_name_files_and_arguments(demo, head_to_body, tmp_path):
+    bad = tmp_path / "bad.glb"
+    bad.write_bytes(b"nothing")
+    with pytest.raises(uvgraft.Error, match=rf"^{re.escape(str(bad))}: not a glTF file"):
+        uvgraft.render(bad)
+    with pytest.raises(uvgraft.Error, match=r"^'?pair'?: "):
+        mesh = head_to_body.source
+        pair = uvgraft.Pair(mesh, mesh)
+        uvgraft.avatar(pair, demo / "face.png", onto="#888", size=64, body="demo")
+    with pytest.raises(TypeError, match="avatar must be an Avatar or a path, got int"):
+        uvgraft.render(3)
 
 
-def test_every_option_of_render(monkeypatch):
-    def call(**aim):
-        options = {"pose": "wave", "expression": "a", "clip": 1, "frame": 0, "unlit": True}
-        uvgraft.render("a.glb", background="studio", floor=False, **options, **aim)
-
-    found = used(monkeypatch, _render, call)
-    found |= used(monkeypatch, _render, lambda: call(look_at="head"))
-    assert found == options_of("render")
-
-
-def test_every_option_of_selfie(monkeypatch):
-    def call():
-        options = {"face_number": 1, "focal": "28mm", "head_texture": "t.png", "sheet": True}
-        uvgraft.selfie("a.jpg", "demo", **options)
-
-    assert used(monkeypatch, _selfie, call) == options_of("selfie")
-
-
-def test_meshes_become_files_without_loss(demo, tmp_path):
-    mesh = uvgraft.Mesh.load(demo / "body.obj")
-    _arguments.write_obj(mesh, tmp_path / "mesh.obj")
-    again = uvgraft.Mesh.load(tmp_path / "mesh.obj")
-    for name in ("positions", "faces", "uv", "uv_faces"):
-        assert (getattr(again, name) == getattr(mesh, name)).all(), name
-
-
-def test_photographs_as_arrays_and_paths(tmp_path):
+def test_photographs_as_arrays_and_paths(demo, tmp_path, monkeypatch):
+    monkeypatch.setenv("UVGRAFT_FACE_WEIGHTS", str(tmp_path / "none"))
     one = noise(4, 5, 3)
-    arguments = _arguments.Arguments("selfie", tmp_path)
-    (path,) = arguments.photographs(one)
-    assert (uvgraft.read_image(path) == one).all()
-    paths = arguments.photographs([one, "a.jpg", one[..., 0]])
-    assert (Path(paths[0]).name, paths[1]) == ("photo1.png", "a.jpg")
-    assert len(arguments.photographs(np.stack([one, one]))) == 2
+    for photos in (one, [one, demo / "face.png", one[..., 0]], np.stack([one, one])):
+        with pytest.raises(uvgraft.Error, match="networks that find faces"):
+            uvgraft.selfie(photos, "demo")
     with pytest.raises(ValueError, match="at least one photograph"):
-        arguments.photographs([])
+        uvgraft.selfie([], "demo")
+    with pytest.raises(ValueError, match=r"photos\[1\] must have shape"):
+        uvgraft.selfie([one, noise(4, 5, 3)[0, 0]], "demo")
+    with pytest.raises(TypeError, match="photos must be a photograph"):
+        uvgraft.selfie(3, "demo")
+    with pytest.raises(uvgraft.Error, match="must be at most 64 photographs, got 65"):
+        uvgraft.selfie([one] * 65, "demo")
 
 
 def test_without_the_networks(face, tmp_path, monkeypatch):

@@ -59,10 +59,24 @@ def literals(annotation, known):
 
 
 def parameters():
-    """Functions, their parameters, the literals that annotate these, and their defaults."""
+    """Functions, their parameters, the literals that annotate these, and their defaults.
+
+    Options that functions share are fields of a class.
+    """
     known = aliases()
     for path, tree in trees():
         for node in ast.walk(tree):
+            if isinstance(node, ast.ClassDef) and node.name.endswith("Options"):
+                for field in node.body:
+                    if isinstance(field, ast.AnnAssign):
+                        where = f"{path.name}:{field.lineno}"
+                        yield (
+                            where,
+                            node.name,
+                            field.target.id,
+                            literals(field.annotation, known),
+                            None,
+                        )
             if not isinstance(node, ast.FunctionDef):
                 continue
             given = node.args

@@ -2,6 +2,7 @@
 
 import json
 import pickle
+import re
 from concurrent.futures import ThreadPoolExecutor
 
 import numpy as np
@@ -26,6 +27,89 @@ CASES = [
         ["--onto", "base.png", "--fit", "--fit-steps", "2", "--filter", "bilinear"],
         "png",
     ),
+    (
+        {
+            "onto": "base.png",
+            "reverse": True,
+            "prefer": "right",
+            "overlap": "average",
+            "linear_light": True,
+            "compress": True,
+        },
+        [
+            "--onto",
+            "base.png",
+            "--reverse",
+            "--prefer",
+            "right",
+            "--overlap",
+            "average",
+            "--linear-light",
+            "--compress",
+        ],
+        "png",
+    ),
+    (
+        {
+            "onto": "base.png",
+            "region": ["target:mask.png"],
+            "exclude": "corner.npy",
+            "grow": "-1rings",
+            "unit": "cm",
+            "feather": 0.05,
+            "keep_all": True,
+            "source_mask": "mask.png",
+            "fill": "face.png",
+        },
+        [
+            "--onto",
+            "base.png",
+            "--region",
+            "target:mask.png",
+            "--exclude",
+            "corner.npy",
+            "--grow",
+            "-1rings",
+            "--unit",
+            "cm",
+            "--feather",
+            "0.05",
+            "--keep-all",
+            "--source-mask",
+            "mask.png",
+            "--fill",
+            "face.png",
+        ],
+        "png",
+    ),
+    (
+        {
+            "onto": "base.png",
+            "blend": "feather",
+            "feather": "10cm",
+            "tone": "source",
+            "match_skin": True,
+            "skin": "mask.png",
+            "labels": "labels.png",
+        },
+        [
+            "--onto",
+            "base.png",
+            "--blend",
+            "feather",
+            "--feather",
+            "10cm",
+            "--tone",
+            "source",
+            "--match",
+            "skin",
+            "--skin",
+            "mask.png",
+            "--labels",
+            "labels.png",
+        ],
+        "png",
+    ),
 ]
 
 
@@ -35,6 +119,12 @@ def files(pair, tmp_path, monkeypatch):
     pair.save("a.uvpair")
     uvgraft.write_image("face.png", noise(48, 48, 3))
     uvgraft.write_image("base.png", noise(64, 64, 3, seed=2))
+    mask = np.zeros((32, 32), np.uint8)
+    mask[:, 4:28] = 255
+    uvgraft.write_image("mask.png", mask)
+    np.save("corner.npy", np.array([0, 1, 3]))
+    # The colour of skin in pictures of labels.
+    uvgraft.write_image("labels.png", np.full((48, 48, 3), [222, 165, 138], np.uint8))
     return tmp_path
 
 
@@ -64,16 +154,16 @@ def test_same_bytes_as_arrays(files):
     np.testing.assert_array_equal(uvgraft.read_image("found.png"), wanted)
 
 
-def test_fingerprints_are_those_of_the_command(files):
+@pytest.mark.parametrize(("options", "arguments", "format"), CASES)
+def test_fingerprints_are_those_of_the_command(files, options, arguments, format):
     (files / "out").mkdir()
-    command(
-        "transfer", "a.uvpair", "face.png", "--onto", "base.png", "-o", "out/", "--skip-existing"
-    )
+    into = ["-o", "out/", "--format", format, "--skip-existing"]
+    command("transfer", "a.uvpair", "face.png", *arguments, *into)
     record = json.loads((files / "out/.uvgraft-manifest.jsonl").read_text())
-    transfer = uvgraft.FileTransfer("a.uvpair", onto="base.png")
+    transfer = uvgraft.FileTransfer("a.uvpair", **options)
     assert transfer.made_from("face.png") in record.values()
     assert transfer.made_from((files / "face.png").read_bytes()) in record.values()
-    other = uvgraft.FileTransfer("a.uvpair", onto="base.png", gutter=3)
+    other = uvgraft.FileTransfer("a.uvpair", **options | {"gutter": 7})
     assert other.made_from("face.png") not in record.values()
     assert other.fingerprint != transfer.fingerprint
 
@@ -105,15 +195,70 @@ def test_errors(files):
         transfer.to_file("face.png", "none/found.png")
     with pytest.raises(ValueError, match="format must be one of"):
         transfer.to_bytes(b"", format="bmp")
-    for options, message in [
-        ({"filter": "cubic"}, "cubic"),
-        ({"gutter": -1}, "-1"),
-        ({"feather": "10mm", "blend": "none"}, "--feather cannot be used with --blend none"),
-        ({"onto": "none.png"}, r"none\.png"),
-        ({}, "must have a size"),
-        ({"onto": "base.png", "region": "none.npy"}, r"none\.npy"),
-    ]:
-        with pytest.raises(uvgraft.Error, match=message):
-            uvgraft.FileTransfer("a.uvpair", **options)
+    with pytest.raises(uvgraft.Error, match=r"cut\.png"):
+        uvgraft.FileTransfer("a.uvpair", onto="cut.png")
+
+
+@pytest.mark.parametrize(
+    ("options", "kind", "message"),
+    [
+        ({"filter": "cubic"}, uvgraft.Error, '`filter` must be nearest, .* got "cubic"'),
+        ({"gutter": -1}, uvgraft.Error, "`gutter` must be a whole number from 0 to 256, got -1"),
+        ({"quality": 101}, uvgraft.Error, "`quality` must be a whole number from 1 to 100"),
+        (
+            {"feather": "10mm", "blend": "none"},
+            uvgraft.Error,
+            "^`feather` cannot be used with `blend` none$",
+        ),
+        ({}, uvgraft.Error, "must have a size: use `size` N or `onto` IMAGE"),
+        ({"size": 8, "data": True, "linear_light": True}, uvgraft.Error, "^`data` cannot be used"),
+        ({"size": 8, "fit_steps": 3}, uvgraft.Error, "^`fit_steps` needs `fit`$"),
+        ({"size": 8, "fit": True, "filter": "nearest"}, uvgraft.Error, "^`fit` cannot be used"),
+        ({"size": 8, "labels": "face.png"}, uvgraft.Error, "^`labels` and `keep_all` need `blend`"),
+        ({"size": 8, "region": ""}, uvgraft.Error, "^`region` must be a file"),
+        ({"size": 8, "sise": 9}, TypeError, "unexpected keyword argument 'sise'"),
+        ({"size": 8, "fit": 1}, TypeError, "fit must be a bool, got int"),
+        ({"size": "8"}, TypeError, "size must be a number of texels"),
+        ({"onto": 8}, TypeError, "onto must be a NumPy array, a PIL image or a path, got int"),
+        ({"size": 8, "threads": -1}, ValueError, "threads must be from 0"),
+    ],
+)
+def test_bad_options(files, options, kind, message):
+    with pytest.raises(kind, match=message):
+        uvgraft.FileTransfer("a.uvpair", **options)
+
+
+@pytest.mark.parametrize(
+    "options",
+    [
+        {"onto": "none"},
+        {"region": "target:none"},
+        {"exclude": ["base.png", "none"]},
+        {"blend": "membrane", "tone": "source", "skin": "none"},
+        {"blend": "feather", "labels": "none"},
+        {"source_mask": "none"},
+        {"fill": "none"},
+    ],
+)
+def test_missing_files(files, options):
+    with pytest.raises(FileNotFoundError) as caught:
+        uvgraft.FileTransfer("a.uvpair", **{"onto": "base.png", **options})
+    assert caught.value.filename == "none"
     with pytest.raises(FileNotFoundError):
-        uvgraft.FileTransfer("none.uvpair", size=8)
+        uvgraft.FileTransfer("none", size=8)
+
+
+@pytest.mark.parametrize("name", sorted(uvgraft.TransferOptions.__annotations__))
+def test_options_of_another_type(files, name):
+    given = {"size": 8, "fit": True, name: object()}
+    with pytest.raises(TypeError, match=f"^{name} must be"):
+        uvgraft.FileTransfer("a.uvpair", **given)
+    assert re.search(rf"^    ([\w, ]+, )?{name}(, [\w, ]+)? : ", uvgraft.FileTransfer.__doc__, re.M)
+
+
+def test_arguments_are_shown_and_pickled(files):
+    transfer = uvgraft.FileTransfer("a.uvpair", onto="base.png", gutter=0, blend=None)
+    wanted = "<uvgraft.FileTransfer: 'a.uvpair', onto='base.png', gutter=0>"
+    assert repr(transfer) == wanted
+    assert repr(pickle.loads(pickle.dumps(transfer))) == wanted
+    assert pickle.loads(pickle.dumps(transfer)).fingerprint == transfer.fingerprint

@@ -1,4 +1,4 @@
-"""Avatars, heads and pictures are made in this process: what ends them, warns, and is left behind."""
+"""Requests run in this process: what ends them, where they warn, and what they leave behind."""
 
 import contextlib
 import multiprocessing
