@@ -2,11 +2,11 @@
 //!
 //! [`AvatarRequest::make`] goes through these steps:
 //!
-//! 1. [`plan`]: the request is checked before any large file is read.
-//! 2. [`ingredients`]: the pair, the rigged body with its animations, and what photographs show.
-//! 3. [`dress`]: the face on the body's texture, while the body gets its shape and a mouth is fitted.
-//! 4. [`assembled`]: eyes, mouth, the head's own layout and other maps.
-//! 5. [`finish`]: fewer triangles, levels of detail, and the files.
+//! 1. `plan`: the request is checked before any large file is read.
+//! 2. `ingredients`: the pair, the rigged body with its animations, and what photographs show.
+//! 3. `dress`: the face on the body's texture, while the body gets its shape and a mouth is fitted.
+//! 4. `assembled`: eyes, mouth, the head's own layout and other maps.
+//! 5. `finish`: fewer triangles, levels of detail, and the files.
 
 mod assembled;
 mod betas;
