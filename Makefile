@@ -12,7 +12,7 @@ ONE_BUILD ?= $(CI)
 CXX_FOUND := $(shell command -v c++ 2>/dev/null)
 SIMPLIFY := $(if $(CXX_FOUND),--features uvgraft-cli/simplify)
 KTX2 := $(if $(ONE_BUILD),--features uvgraft-cli/ktx2)
-NATIVE := $(if $(CXX_FOUND),--features uvgraft-cli/flip,uvgraft-tests/flip $(SIMPLIFY) $(KTX2))
+NATIVE := $(if $(CXX_FOUND),--features uvgraft-cli/flip --features uvgraft-tests/flip $(SIMPLIFY) $(KTX2))
 
 # The page of `uvgraft view` is JavaScript, built with npm by scripts/build-viewer.sh. The shell checks
 # for it in each recipe, after that script has run.
@@ -20,7 +20,7 @@ VIEWER = $$(test ! -s target/viewer/viewer.html || echo --features uvgraft-cli/v
 VIEWER_TESTS = $$(test ! -s target/viewer/viewer.html || echo --features uvgraft-cli/viewer,uvgraft-tests/viewer)
 
 # Transfers on a graphics processor, which take a minute to compile too. See the package for `shared`.
-GPU := $(if $(ONE_BUILD),--features uvgraft-cli/gpu,uvgraft-gpu/wgpu,uvgraft-python/shared)
+GPU := $(if $(ONE_BUILD),--features uvgraft-cli/gpu --features uvgraft-gpu/wgpu --features uvgraft-python/shared)
 
 # The features of the workspace where it is built, checked and documented as a whole.
 FEATURES = $(NATIVE) $(GPU) $(VIEWER_TESTS)
@@ -42,7 +42,7 @@ build: viewer
 
 # Runs the whole workflow on a built-in example, and on a photograph if there is a network to fetch it and
 # what finds the face in it; writes to uvgraft-demo/.
-DEMO = $(if $(ONE_BUILD),target/debug/uvgraft,$(CARGO) run --quiet --profile demo --locked -p uvgraft-cli \
+DEMO = $(if $(ONE_BUILD),$(or $(CARGO_TARGET_DIR),target)/debug/uvgraft,$(CARGO) run --quiet --profile demo --locked -p uvgraft-cli \
 	$(SIMPLIFY) $(VIEWER) --)
 TEST_DATA := $(or $(UVGRAFT_TEST_DATA),target/test-data)
 FACE_WEIGHTS := $(TEST_DATA)/face-networks.safetensors
