@@ -32,22 +32,47 @@ def interruptible():
     signal.signal(signal.SIGINT, before)
 
 
+class Pipe:
+    """A file that nobody writes to: what reads it waits."""
+
+    def __init__(self, path):
+        os.mkfifo(path)
+        self.path = path
+        self._writer = None
+
+    def wait_for_reader(self):
+        """Wait until somebody reads."""
+
+        def is_read():
+            # Fails while nobody does.
+            with contextlib.suppress(OSError):
+                self._writer = os.open(self.path, os.O_WRONLY | os.O_NONBLOCK)
+            return self._writer is not None
+
+        wait_until(is_read)
+
+    def feed(self, data):
+        """Give data to the reader, who thinks that it is all."""
+        os.set_blocking(self._writer, True)
+        with contextlib.suppress(BrokenPipeError), os.fdopen(self._writer, "wb") as file:
+            file.write(data)
+        self._writer = None
+
+    def close(self):
+        """Let go of readers, with what looks like the end of the file."""
+        both = os.open(self.path, os.O_RDWR)
+        # Nobody can begin to wait.
+        self.path.unlink()
+        for end in [both] if self._writer is None else [both, self._writer]:
+            os.close(end)
+
+
 @pytest.fixture
 def pipe(tmp_path):
-    """A file that nobody writes to: what opens it waits."""
-    path = tmp_path / "pipe"
-    os.mkfifo(path)
-    yield path
-    # Whoever waits gets an empty file, and nobody can begin to wait.
-    both = os.open(path, os.O_RDWR)
-    path.unlink()
-    os.close(both)
-
-
-def feed(path, data):
-    """Give data to what waits for a pipe, or will."""
-    with contextlib.suppress(BrokenPipeError), open(path, "wb") as file:
-        file.write(data)
+    """A file whose readers wait."""
+    pipe = Pipe(tmp_path / "pipe")
+    yield pipe
+    pipe.close()
 
 
 def workers():
@@ -75,21 +100,21 @@ def calls(demo, pipe):
     """Calls that wait for a pipe, each in another place."""
     photo = demo / "face.png"
     return {
-        "avatar": lambda **more: avatar(demo, face=pipe, **more),
-        "avatar_from_photos": lambda **more: uvgraft.avatar_from_photos(
-            photo, body="demo", pair=pipe, size=64, **more
+        "avatar": lambda: avatar(demo, face=pipe.path),
+        "avatar_from_photos": lambda: uvgraft.avatar_from_photos(
+            photo, body="demo", pair=pipe.path, size=64
         ),
-        "selfie": lambda **more: uvgraft.selfie(photo, pipe, **more),
-        "render": lambda **more: uvgraft.render(pipe, **more),
+        "selfie": lambda: uvgraft.selfie(photo, pipe.path),
+        "render": lambda: uvgraft.render(pipe.path),
     }
 
 
-def interrupted(call, number=signal.SIGINT, kind=KeyboardInterrupt):
-    """Interrupt a call that waits, and return how long it took to notice."""
+def interrupted(call, pipe=None, number=signal.SIGINT, kind=KeyboardInterrupt):
+    """Interrupt a call, once it reads a pipe if there is one, and return how long it went on."""
     sent = []
 
     def interrupt():
-        time.sleep(0.3)
+        time.sleep(0.3) if pipe is None else pipe.wait_for_reader()
         sent.append(time.monotonic())
         os.kill(os.getpid(), number)
 
@@ -105,7 +130,7 @@ def interrupted(call, number=signal.SIGINT, kind=KeyboardInterrupt):
 
 @pytest.mark.parametrize("name", ["avatar", "avatar_from_photos", "selfie", "render"])
 def test_an_interruption_ends_a_call(demo, pipe, name):
-    assert interrupted(calls(demo, pipe)[name]) < PROMPT_S
+    assert interrupted(calls(demo, pipe)[name], pipe) < PROMPT_S
 
 
 @LINUX
@@ -128,7 +153,7 @@ def test_an_exception_of_another_handler_ends_a_call(demo, pipe):
 
     before = signal.signal(signal.SIGUSR1, ring)
     try:
-        late = interrupted(calls(demo, pipe)["avatar"], signal.SIGUSR1, AlarmError)
+        late = interrupted(calls(demo, pipe)["avatar"], pipe, signal.SIGUSR1, AlarmError)
     finally:
         signal.signal(signal.SIGUSR1, before)
     assert late < PROMPT_S
@@ -139,16 +164,16 @@ def test_a_handler_that_raises_nothing_ends_nothing(demo, pipe):
     before = signal.signal(signal.SIGUSR1, lambda number, frame: rung.append(time.monotonic()))
 
     def ring():
-        time.sleep(0.3)
+        pipe.wait_for_reader()
         os.kill(os.getpid(), signal.SIGUSR1)
         # Handled meanwhile, not when the call has ended.
         wait_until(lambda: rung)
-        feed(pipe, (demo / "face.png").read_bytes())
+        pipe.feed((demo / "face.png").read_bytes())
 
     thread = threading.Thread(target=ring)
     thread.start()
     try:
-        made = avatar(demo, face=pipe)
+        made = avatar(demo, face=pipe.path)
     finally:
         thread.join()
         signal.signal(signal.SIGUSR1, before)
@@ -160,9 +185,10 @@ def test_a_handler_that_raises_nothing_ends_nothing(demo, pipe):
 def test_what_was_interrupted_ends_and_writes_nothing(demo, pipe, tmp_path):
     outputs = {"output": tmp_path / "a.glb", "preview": tmp_path / "b.png"}
     before = workers()
-    interrupted(lambda: calls(demo, pipe)["avatar"](threads=3, **outputs))
+    interrupted(lambda: avatar(demo, face=pipe.path, threads=3, **outputs), pipe)
     assert workers() >= 3
-    feed(pipe, (demo / "face.png").read_bytes())
+    # The work goes on from here, to its next step.
+    pipe.feed((demo / "face.png").read_bytes())
     wait_until(lambda: workers() <= before)
     assert [path.name for path in tmp_path.iterdir()] == ["pipe"]
     # The next call has threads of its own.

@@ -222,7 +222,8 @@ mod tests {
         ] {
             assert!(of_transfer.iter().any(|it| it == option), "{option}: {of_transfer:?}");
         }
-        let of_shape = options(&["uvgraft", "body", "shape", "a.npz", "-o", "b.npz"]);
+        let of_shape =
+            options(&["uvgraft", "body", "shape", "a.npz", "--shape", "tall=1", "-o", "b.npz"]);
         assert!(of_shape.iter().any(|it| it == "shape --shape"), "{of_shape:?}");
         assert!(!of_shape.iter().any(|it| it == "onto --onto"), "{of_shape:?}");
     }

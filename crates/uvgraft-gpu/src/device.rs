@@ -25,8 +25,8 @@ pub enum Adapters {
 }
 
 uvgraft::choices!(Adapters {
-    Hardware => "hardware", "";
-    Any => "any", "";
+    Hardware => "hardware", "Graphics processors only";
+    Any => "any", "Also drivers that run on the CPU, which are slow";
 });
 
 /// A graphics processor that is ready for use. Clones share it.
