@@ -33,7 +33,7 @@ PYTHON_FEATURES = $(filter-out ktx2,$(WHEEL_FEATURES))
 
 .PHONY: demo test bench bench-scaling bench-peers book lint fixtures package viewer test-ktx2 test-gpu test-clients \
 	selfie-report recognise test-python wheel test-wheel test-cluster test-torch fuzz test-i686 test-big-endian \
-	test-aarch64 test-wasm test-miri test-asan check-systems soak mutants dist check-dist
+	test-aarch64 test-wasm test-web test-miri test-asan check-systems soak mutants dist check-dist
 
 # Everything that tests run, in one go.
 .PHONY: build
@@ -120,6 +120,10 @@ fuzz:
 # The tests of the core and of the readers on other kinds of machines, or a message why they are skipped.
 test-i686 test-big-endian test-aarch64 test-wasm: test-%:
 	@CARGO="$(CARGO)" scripts/test-machine.sh $*
+
+# Avatars and photographs in WebAssembly, under Node, beside those of the command.
+test-web: viewer
+	@CARGO="$(CARGO)" scripts/test-web.sh --workspace $(FEATURES)
 
 # Undefined behaviour and memory errors, with the nightly toolchain: what Miri can run of the core, and the
 # features in C++ and all unsafe lines with the address sanitizer.

@@ -101,20 +101,20 @@ pub(crate) fn of_texture(error: TextureError) -> PyErr {
 /// What Python calls a parameter that libraries call otherwise.
 const NAMES: [(&str, &str); 1] = [("map", "maps")];
 
+/// What Python calls a parameter, in backticks; `None` if libraries call it the same.
+fn in_python(name: &str) -> Option<String> {
+    let (_, in_python) = NAMES.into_iter().find(|(in_libraries, _)| *in_libraries == name)?;
+    Some(format!("`{in_python}`"))
+}
+
 /// A message of a library with the names that parameters have in Python, in backticks.
 pub(crate) fn with_names(message: &str) -> String {
-    spelled(message, |name| {
-        let (_, in_python) = NAMES.into_iter().find(|(in_libraries, _)| *in_libraries == name)?;
-        Some(format!("`{in_python}`"))
-    })
+    spelled(message, in_python)
 }
 
 /// A failure of a request.
 pub(crate) fn of_pipeline(failure: Failure) -> PyErr {
-    let message = match failure.names_options() {
-        true => with_names(&failure.to_string()),
-        false => failure.to_string(),
-    };
+    let message = failure.spelled(in_python);
     match failure.fault() {
         Fault::Cancelled => PyKeyboardInterrupt::new_err(message),
         Fault::Input | Fault::Work => failed(message),

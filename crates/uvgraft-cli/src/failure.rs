@@ -20,21 +20,23 @@ pub(crate) fn spell_options(options: impl IntoIterator<Item = (String, String)>)
     let _ = OPTIONS.set(options.into_iter().collect());
 }
 
+/// The spelling of what libraries call an option; `None` if it is not one of the command that runs.
+fn as_option(name: &str) -> Option<String> {
+    let options = OPTIONS.get().map_or(&[][..], Vec::as_slice);
+    let (_, spelled) = options.iter().find(|(known, _)| known == name)?;
+    // A switch of the library is an option with one value here.
+    let value = if name == "match_skin" { " skin" } else { "" };
+    Some(format!("{spelled}{value}"))
+}
+
 /// A message of a library, with the names of options as they are spelled.
 fn with_options(message: &str) -> String {
-    let options = OPTIONS.get().map_or(&[][..], Vec::as_slice);
-    spelled(message, |name| {
-        // A switch of the library is an option with one value here.
-        let value = if name == "match_skin" { " skin" } else { "" };
-        let option = options.iter().find(|(known, _)| known == name);
-        option.map(|(_, spelled)| format!("{spelled}{value}"))
-    })
+    spelled(message, as_option)
 }
 
 /// The message of a failure, with the names of options as they are spelled.
 pub(crate) fn message(failure: &Failure) -> String {
-    let message = failure.to_string();
-    if failure.names_options() { with_options(&message) } else { message }
+    failure.spelled(as_option)
 }
 
 /// An error that the user can fix: a file, an option, an output path.
@@ -80,18 +82,28 @@ fn fault(error: &anyhow::Error) -> Fault {
     }
 }
 
-/// Whether an error is that of options, which its message has in backticks.
-fn names_options(error: &anyhow::Error) -> bool {
+/// The failure of a library that an error is, perhaps in a context.
+fn of_library(error: &anyhow::Error) -> Option<&Failure> {
     match error.downcast_ref::<BadInput>() {
-        Some(BadInput(error)) => names_options(error),
-        None => error.downcast_ref().is_some_and(Failure::names_options),
+        Some(BadInput(error)) => of_library(error),
+        None => error.downcast_ref(),
+    }
+}
+
+/// The message of an error, with the names of options as they are spelled.
+fn message_of(error: &anyhow::Error) -> String {
+    let text = format!("{error:#}");
+    let in_context = of_library(error)
+        .and_then(|failure| Some((text.strip_suffix(&failure.to_string())?, message(failure))));
+    match in_context {
+        Some((context, message)) => format!("{context}{message}"),
+        None => text,
     }
 }
 
 /// Prints an error and returns the exit code.
 pub(crate) fn report(error: &anyhow::Error) -> ExitCode {
-    let message = format!("{error:#}");
-    print(if names_options(error) { with_options(&message) } else { message });
+    print(message_of(error));
     exit_code_of(fault(error))
 }
 
@@ -140,9 +152,12 @@ mod tests {
         let wanted = "a.png: --source-mask and --skin need `other`";
         assert_eq!(message(&failure), wanted);
         let marked = Err::<(), _>(failure).or_bad_input().unwrap_err();
-        assert!(names_options(&marked) && with_options(&format!("{marked:#}")) == wanted);
+        assert_eq!(message_of(&marked), wanted);
+        let failure = Failure::option("`skin` must be a mask").found("; the file has `skin`");
+        let in_context = anyhow::Error::new(failure).context("b.npz");
+        assert_eq!(message_of(&in_context), "b.npz: --skin must be a mask; the file has `skin`");
         let of_file = Failure::input("masks.pkl: no group `skin`");
         assert_eq!(message(&of_file), "masks.pkl: no group `skin`");
-        assert!(!names_options(&of_file.into()));
+        assert_eq!(message_of(&of_file.into()), "masks.pkl: no group `skin`");
     }
 }

@@ -38,4 +38,5 @@ mod tables;
 mod tiles;
 mod transfer;
 mod view;
+mod web;
 mod weights;

@@ -294,6 +294,7 @@ fn not_a_base(error: &ReadError, image: &Input) -> Failure {
     if image.path().is_none_or(Path::exists) {
         Failure::input(error)
     } else {
+        // Of a file that is not there, with no names in it.
         Failure::option(format!("{error}; `onto` must be an image or a colour such as #808080"))
     }
 }

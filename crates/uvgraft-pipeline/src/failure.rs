@@ -21,6 +21,8 @@ pub struct Failure {
     message: String,
     /// Whether the message names options in backticks.
     names_options: bool,
+    /// The end of the message, in others' words.
+    found: String,
 }
 
 /// The result of work that may fail with [`Failure`].
@@ -39,6 +41,13 @@ impl Failure {
         Self { names_options: true, ..Self::input(message) }
     }
 
+    /// Ends the message with what was found, in words of others: backticks in them are around names of what is in
+    /// files, also if the message [names options](Failure::option).
+    #[must_use]
+    pub fn found(self, found: impl Display) -> Self {
+        Self { found: format!("{}{found}", self.found), ..self }
+    }
+
     /// A failure during the work.
     pub fn work(message: impl Display) -> Self {
         Self::new(Fault::Work, message)
@@ -50,7 +59,7 @@ impl Failure {
     }
 
     fn new(fault: Fault, message: impl Display) -> Self {
-        Self { fault, message: message.to_string(), names_options: false }
+        Self { fault, message: message.to_string(), names_options: false, found: String::new() }
     }
 
     /// Whose fault it is.
@@ -58,14 +67,18 @@ impl Failure {
         self.fault
     }
 
-    /// Whether the message names options in backticks: [`Failure::option`].
-    pub fn names_options(&self) -> bool {
-        self.names_options
+    /// The message, with the names of options that it has in backticks spelled in another way: see [`spelled`].
+    pub fn spelled(&self, spell: impl Fn(&str) -> Option<String>) -> String {
+        if self.names_options {
+            spelled(&self.message, spell) + &self.found
+        } else {
+            self.to_string()
+        }
     }
 
-    /// The same fault with another message.
-    pub(crate) fn with_message(self, message: String) -> Self {
-        Self { message, ..self }
+    /// The same failure in other words.
+    pub(crate) fn reworded(&self, reword: impl Fn(&str) -> String) -> Self {
+        Self { message: reword(&self.message), found: reword(&self.found), ..self.clone() }
     }
 
     /// Prepends what was attempted to the message.
@@ -77,7 +90,8 @@ impl Failure {
 
 impl Display for Failure {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.write_str(&self.message)
+        f.write_str(&self.message)?;
+        f.write_str(&self.found)
     }
 }
 
@@ -111,8 +125,7 @@ impl<T, E: Error> Blame<T> for std::result::Result<T, E> {
 /// A message with the names of options that it has in backticks spelled in another way, for a door
 /// to which they are known by other names.
 ///
-/// - `message`: a note, a warning, or the message of a failure that [names
-///   options](Failure::names_options).
+/// - `message`: a note or a warning; failures have [`Failure::spelled`].
 /// - `spell`: the spelling of what is between backticks; `None` leaves it and them as they are.
 pub fn spelled(message: &str, spell: impl Fn(&str) -> Option<String>) -> String {
     let mut text = String::with_capacity(message.len());
@@ -165,10 +178,18 @@ mod tests {
     }
 
     #[test]
-    fn what_names_options_stays_so() {
-        let failure = Failure::option("`size` must be 1").context("a.png");
-        assert_eq!((failure.fault(), failure.names_options()), (Fault::Input, true));
-        assert!(failure.clone().with_message(String::new()).names_options());
-        assert!(!Failure::input("no group `size`").names_options());
+    fn only_own_words_name_options() {
+        let spell = |name: &str| (name == "size").then(|| "--size".to_owned());
+        let failure = Failure::option("`size` must be 1").context("a.png").found(", got `size`");
+        assert_eq!(failure.fault(), Fault::Input);
+        assert_eq!(failure.to_string(), "a.png: `size` must be 1, got `size`");
+        assert_eq!(failure.spelled(spell), "a.png: --size must be 1, got `size`");
+        let louder = failure.reworded(str::to_uppercase);
+        assert_eq!(
+            louder.spelled(|name| Some(name.to_lowercase())),
+            "A.PNG: size MUST BE 1, GOT `SIZE`"
+        );
+        let of_file = Failure::input("no group `size`");
+        assert_eq!(of_file.spelled(spell), "no group `size`");
     }
 }

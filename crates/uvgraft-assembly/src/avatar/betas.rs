@@ -80,8 +80,9 @@ fn checked(values: Vec<f32>, given: impl Display) -> Result<Vec<f32>> {
 
 fn refused(given: impl Display, found: impl Display) -> Failure {
     Failure::option(format!(
-        "`betas` {given}: must be numbers such as 0.5,-1.2, or a file that holds them; got {found}"
+        "`betas` {given}: must be numbers such as 0.5,-1.2, or a file that holds them; got "
     ))
+    .found(found)
 }
 
 /// The people that body models are learnt from are within this many standard deviations.

@@ -119,7 +119,7 @@ impl RiggedBody {
         let shape = match &request.shape {
             Some(values) => model
                 .named_shape(values)
-                .map_err(|error| Failure::option(format!("{file}: `shape`: {error}")))?,
+                .map_err(|error| Failure::option(format!("{file}: `shape`: ")).found(error))?,
             None => Shape { betas, ..Shape::default() },
         };
         let shaped = model.shaped(&shape).map_err(|error| refused(&error))?;

@@ -25,7 +25,7 @@ impl Renamed<'_> {
     }
 
     pub(super) fn failure(&self, failure: &Failure) -> Failure {
-        failure.clone().with_message(self.text(&failure.to_string()))
+        failure.reworded(|text| self.text(text))
     }
 }
 
