@@ -1,4 +1,4 @@
-//! Avatars in WebAssembly: a module without imports, for a page or for Node.
+//! Avatars in WebAssembly: a module that calls nothing outside, for a page or for Node.
 //!
 //! `cargo build -p uvgraft-assembly --example web --no-default-features --target wasm32-unknown-unknown`
 //!
