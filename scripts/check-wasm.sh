@@ -25,7 +25,7 @@ if ! have_target; then
     have_target || skip "rustup added it to another toolchain"
 fi
 
-CARGO=$cargo scripts/check-libraries.sh \
+CARGO=$cargo scripts/check-libraries.sh --bare \
     "uvgraft uvgraft-metrics uvgraft-io uvgraft-avatar uvgraft-gltf uvgraft-render uvgraft-figure \
      uvgraft-selfie uvgraft-open-body uvgraft-pipeline uvgraft-viewer uvgraft-assembly" \
     uvgraft/serde,uvgraft-metrics/lpips,uvgraft-metrics/serde,uvgraft-metrics/ssimulacra2,uvgraft-io/lpips \

@@ -25,6 +25,10 @@
 
 use std::sync::{Mutex, PoisonError};
 
+/// [`extend_indices`] takes this many batches of indices, if there are as many.
+#[cfg(feature = "threads")]
+const BATCHES: usize = 512;
+
 /// Number of threads that work at once: the size of the pool, or 1 without the feature `threads`.
 ///
 /// For callers that spawn their own threads, or to bound memory. The way work is split
@@ -40,16 +44,12 @@ pub fn count() -> usize {
 
 /// Runs `work` for every index in `0..count` and collects the results in index order.
 ///
-/// Neighbouring indices are batched when there are more of them than threads, so an item may be as
-/// small as a single vertex or as large as a whole image.
+/// Neighbouring indices are batched when there are many, so an item may be as small as a single vertex or as large as a
+/// whole image.
 pub fn map_indices<T: Send>(count: usize, work: impl Fn(usize) -> T + Send + Sync) -> Vec<T> {
-    #[cfg(feature = "threads")]
-    {
-        use rayon::prelude::*;
-        (0..count).into_par_iter().map(work).collect()
-    }
-    #[cfg(not(feature = "threads"))]
-    (0..count).map(work).collect()
+    let mut values = Vec::new();
+    extend_indices(&mut values, count, work);
+    values
 }
 
 /// As [`map_indices`], with buffers that are reused from one work item to the next. At most one is
@@ -61,7 +61,6 @@ pub fn map_indices_with<S: Send, T: Send>(
     buffers: impl Fn() -> S + Send + Sync,
     work: impl Fn(&mut S, usize) -> T + Send + Sync,
 ) -> Vec<T> {
-    // Rayon's `map_init` creates new buffers each time it splits the work.
     let idle = Mutex::new(Vec::new());
     let locked = || idle.lock().unwrap_or_else(PoisonError::into_inner);
     map_indices(count, |index| {
@@ -74,6 +73,10 @@ pub fn map_indices_with<S: Send, T: Send>(
 }
 
 /// Appends the results of `work` for every index in `0..count`, in index order.
+#[cfg_attr(
+    feature = "threads",
+    expect(unsafe_code, reason = "results are written where they stay")
+)]
 pub fn extend_indices<T: Send>(
     values: &mut Vec<T>,
     count: usize,
@@ -81,8 +84,18 @@ pub fn extend_indices<T: Send>(
 ) {
     #[cfg(feature = "threads")]
     {
-        use rayon::prelude::*;
-        values.par_extend((0..count).into_par_iter().map(work));
+        // Large enough that taking a batch costs little, small enough that a hundred threads end together.
+        let batch = count.div_ceil(BATCHES).max(1);
+        values.reserve_exact(count);
+        let slots = &mut values.spare_capacity_mut()[..count];
+        for_each(slots.chunks_mut(batch), |at, slots| {
+            for (index, slot) in (at * batch..).zip(slots) {
+                slot.write(work(index));
+            }
+        });
+        // SAFETY: there is capacity for `count` more values, and all of these slots have been written: without a
+        // panic, every chunk has been worked on.
+        unsafe { values.set_len(values.len() + count) };
     }
     #[cfg(not(feature = "threads"))]
     values.extend((0..count).map(work));
@@ -95,10 +108,34 @@ pub fn join<A: Send, B: Send>(
 ) -> (A, B) {
     #[cfg(feature = "threads")]
     {
-        rayon::join(a, b)
+        let (mut of_a, mut of_b) = (None, None);
+        let (mut a, mut b) = (Some(a), Some(b));
+        join_dyn(&mut || of_a = a.take().map(|a| a()), &mut || of_b = b.take().map(|b| b()));
+        of_a.zip(of_b).expect("both have run, once")
     }
     #[cfg(not(feature = "threads"))]
     (a(), b())
+}
+
+// Rayon is generic over what it runs: some 20 kB of code for each closure. So that it is compiled once, it gets them by
+// reference here.
+
+#[cfg(feature = "threads")]
+fn join_dyn(a: &mut (dyn FnMut() + Send), b: &mut (dyn FnMut() + Send)) {
+    rayon::join(a, b);
+}
+
+/// Calls `work` on up to so many threads at once.
+#[cfg(feature = "threads")]
+fn on_threads(threads: usize, work: &(dyn Fn() + Sync)) {
+    // The calling thread takes part in the work. Otherwise it would wake another thread and go to sleep, and with as many
+    // threads as processors the system often leaves two of them on one processor for a while.
+    rayon::in_place_scope(|scope| {
+        for _ in 1..threads {
+            scope.spawn(|_| work());
+        }
+        work();
+    });
 }
 
 /// Runs `work` on consecutive chunks of `values`, passing the index of each. See [`for_each`].
@@ -146,22 +183,12 @@ pub fn for_each_with<S, T>(
     {
         let threads = pieces.len().min(count());
         let pieces = Mutex::new(pieces.enumerate());
-        // Type-erased so that a kernel, which is large, is compiled once for both call sites.
-        let drain: &(dyn Fn() + Sync) = &|| {
+        on_threads(threads, &|| {
             let next = || pieces.lock().unwrap_or_else(PoisonError::into_inner).next();
             let mut buffer = None;
             while let Some((index, piece)) = next() {
                 work(buffer.get_or_insert_with(&buffers), index, piece);
             }
-        };
-        // The calling thread takes part in the work. Otherwise it would wake another thread and go
-        // to sleep, and with as many threads as processors the system often leaves two of them on
-        // one processor for a while.
-        rayon::in_place_scope(|scope| {
-            for _ in 1..threads {
-                scope.spawn(|_| drain());
-            }
-            drain();
         });
     }
     #[cfg(not(feature = "threads"))]
@@ -187,6 +214,30 @@ mod tests {
         assert!(a.iter().enumerate().all(|(at, &value)| value == at / 10), "{a:?}");
         assert!(b.iter().enumerate().all(|(at, &value)| value == at / 20), "{b:?}");
         for_each_chunk::<u8>(&mut [], 10, |_, _| panic!("there is no chunk"));
+    }
+
+    #[test]
+    fn results_are_in_the_order_of_indices() {
+        for count in [0, 1, 511, 512, 513, 5000] {
+            let mut values = vec!["before".to_owned()];
+            extend_indices(&mut values, count, |index| index.to_string());
+            assert_eq!(values.len(), count + 1);
+            assert!(values[1..].iter().enumerate().all(|(at, value)| *value == at.to_string()));
+        }
+        assert_eq!(join(|| 1, || "b".to_owned()), (1, "b".to_owned()));
+    }
+
+    #[test]
+    fn a_panic_is_passed_on_and_keeps_what_was_there() {
+        let mut values = vec![String::from("before")];
+        let panics = |index: usize| {
+            assert!(index != 700, "of an item");
+            index.to_string()
+        };
+        let mut extend = || extend_indices(&mut values, 1000, panics);
+        std::panic::catch_unwind(std::panic::AssertUnwindSafe(&mut extend)).unwrap_err();
+        assert_eq!(values, ["before"]);
+        std::panic::catch_unwind(|| join(|| (), || panic!("of a half"))).unwrap_err();
     }
 
     #[test]
