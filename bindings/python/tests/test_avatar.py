@@ -204,7 +204,7 @@ def test_bad_pictures(made, options, error, message):
         ({"betas": [[1.0]]}, ValueError, r"betas must be finite, of shape \(n,\)"),
         ({"betas": [1.0]}, uvgraft.Error, "`betas` cannot be used with `body` demo"),
         ({"size": None}, uvgraft.Error, "^`size` is required where `onto` is a colour$"),
-        ({"size": 0}, uvgraft.Error, "`size` must be 1 to 65535 texels a side, got 0"),
+        ({"size": 0}, uvgraft.Error, "`size` must be 1 to 32768 texels a side, got 0"),
         ({"size": (1, 2, 3)}, TypeError, r"size must be a number of texels or \(height, width\)"),
         ({"blend": "glue"}, uvgraft.Error, '`blend` must be none, feather or membrane, got "glue"'),
         ({"feather": "wide"}, uvgraft.Error, '`feather` "wide": must be a length such as 15mm'),

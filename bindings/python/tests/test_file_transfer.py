@@ -1,5 +1,6 @@
 """Transfers of encoded images give the bytes that the command writes."""
 
+import inspect
 import json
 import pickle
 import re
@@ -119,10 +120,10 @@ def files(pair, tmp_path, monkeypatch):
     pair.save("a.uvpair")
     uvgraft.write_image("face.png", noise(48, 48, 3))
     uvgraft.write_image("base.png", noise(64, 64, 3, seed=2))
-    mask = np.zeros((32, 32), np.uint8)
-    mask[:, 4:28] = 255
+    mask = np.full((32, 32), 255, np.uint8)
+    mask[8:24, 12:20] = 0
     uvgraft.write_image("mask.png", mask)
-    np.save("corner.npy", np.array([0, 1, 3]))
+    np.save("corner.npy", np.array([0, 1, 2]))
     # The colour of skin in pictures of labels.
     uvgraft.write_image("labels.png", np.full((48, 48, 3), [222, 165, 138], np.uint8))
     return tmp_path
@@ -253,7 +254,8 @@ def test_options_of_another_type(files, name):
     given = {"size": 8, "fit": True, name: object()}
     with pytest.raises(TypeError, match=f"^{name} must be"):
         uvgraft.FileTransfer("a.uvpair", **given)
-    assert re.search(rf"^    ([\w, ]+, )?{name}(, [\w, ]+)? : ", uvgraft.FileTransfer.__doc__, re.M)
+    text = inspect.getdoc(uvgraft.FileTransfer)
+    assert re.search(rf"^([\w, ]+, )?{name}(, [\w, ]+)? : ", text, re.M)
 
 
 def test_arguments_are_shown_and_pickled(files):

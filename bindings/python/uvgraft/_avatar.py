@@ -394,6 +394,8 @@ def _build(call: str, given: dict[str, Any], options: AvatarOptions) -> Avatar:
             raise TypeError(f"{call}() got an unexpected keyword argument {name!r}")
     given = {**given, **options}
     kind, output = given.pop("format", None) or "glb", given.get("output")
+    if not isinstance(kind, str):
+        raise TypeError(f"format must be a str, got {type(kind).__name__}")
     if output is None:
         name = f"avatar.{kind}"
     else:
