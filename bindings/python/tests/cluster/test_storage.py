@@ -13,7 +13,6 @@ pytestmark = pytest.mark.cluster
 fs = pytest.importorskip("pyarrow.fs")
 fsspec = pytest.importorskip("fsspec")
 
-from uvgraft import Error  # noqa: E402
 from uvgraft._files import LocalFiles  # noqa: E402
 from uvgraft._records import SEGMENT, Record, Records  # noqa: E402
 from uvgraft._remote import RemoteFiles  # noqa: E402
@@ -214,7 +213,7 @@ def test_sources_with_one_output_are_refused(tmp_path):
 
 
 def test_unusable_options_raise(options, output):
-    with pytest.raises(Error, match=r"missing.png"):
+    with pytest.raises(FileNotFoundError, match=r"missing.png"):
         BatchTransfer(**{**options, "onto": "missing.png"}, output=output).prepare()
     with pytest.raises(ValueError, match="resume"):
         BatchTransfer(**options, output=output, resume="names")
