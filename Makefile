@@ -123,7 +123,7 @@ test-i686 test-big-endian test-aarch64 test-wasm: test-%:
 
 # Avatars and photographs in WebAssembly, under Node, beside those of the command.
 test-web: viewer
-	@CARGO="$(CARGO)" scripts/test-web.sh --workspace $(FEATURES)
+	@CARGO="$(CARGO)" scripts/test-machine.sh web --workspace $(FEATURES)
 
 # Undefined behaviour and memory errors, with the nightly toolchain: what Miri can run of the core, and the
 # features in C++ and all unsafe lines with the address sanitizer.
@@ -227,7 +227,7 @@ lint:
 	@scripts/check-test-files.sh
 	$(CARGO) clippy --locked --workspace --all-targets $(FEATURES) -- -D warnings
 	CARGO="$(CARGO)" scripts/check-libraries.sh "$(LIBRARIES)" "$(THREADLESS)$(if $(CXX_FOUND),$(COMMA)$(THREADLESS_NATIVE))"
-	@CARGO="$(CARGO)" scripts/check-wasm.sh
+	@CARGO="$(CARGO)" scripts/check-wasm.sh "$(LIBRARIES)" "$(THREADLESS)"
 	@CARGO="$(CARGO)" scripts/check-dependencies.sh
 	RUSTDOCFLAGS="-D warnings" $(CARGO) doc --locked --workspace $(FEATURES) --no-deps
 

@@ -1,16 +1,14 @@
 #!/usr/bin/env bash
-# Runs clippy on libraries without their default features, among them `threads`, but with those named, which must leave
-# rayon out; with --bare also without any.
+# Runs clippy on libraries without their default features, among them `threads`: once without any features, and
+# once with those named, which must leave rayon out.
 #
-#   scripts/check-libraries.sh [--bare] "uvgraft uvgraft-io" uvgraft/serde,uvgraft-io/lpips [--target TARGET]
+#   scripts/check-libraries.sh "uvgraft uvgraft-io" uvgraft/serde,uvgraft-io/lpips [--target TARGET]
 #
 # One run checks all libraries, and cargo gives a crate the features that any of them asks for. So that a run does not
 # hide what a library forgets to ask for, no library may give another one features that it does not have for all.
 set -euo pipefail
 cd "$(dirname "$0")/.."
 cargo="${CARGO:-cargo}"
-bare=
-if [ "$1" = --bare ]; then bare=1; shift; fi
 read -ra libraries <<<"$1"
 features=$2
 shift 2
@@ -29,7 +27,7 @@ tree() {
 together=()
 for library in "${libraries[@]}"; do together+=(-p "$library"); done
 
-[ -z "$bare" ] || "$cargo" clippy --locked "${together[@]}" --no-default-features "$@" -- -D warnings
+"$cargo" clippy --locked "${together[@]}" --no-default-features "$@" -- -D warnings
 "$cargo" clippy --locked "${together[@]}" --no-default-features --features "$features" "$@" -- -D warnings
 
 if tree "${together[@]}" --features "$features" "$@" | grep '^rayon'; then

@@ -1,6 +1,6 @@
 #!/bin/sh
 # Checks that the libraries build for wasm32-unknown-unknown, which has no threads, files or clock, and
-# 32-bit addresses: without their default features, bare and with all features that need no C++.
+# 32-bit addresses; arguments are those of scripts/check-libraries.sh.
 #
 # Adds the target with rustup if it is missing. Without rustup or a network it reports that it is skipped
 # and succeeds.
@@ -25,8 +25,4 @@ if ! have_target; then
     have_target || skip "rustup added it to another toolchain"
 fi
 
-CARGO=$cargo scripts/check-libraries.sh --bare \
-    "uvgraft uvgraft-metrics uvgraft-io uvgraft-avatar uvgraft-gltf uvgraft-render uvgraft-figure \
-     uvgraft-selfie uvgraft-open-body uvgraft-pipeline uvgraft-viewer uvgraft-assembly" \
-    uvgraft/serde,uvgraft-metrics/lpips,uvgraft-metrics/serde,uvgraft-metrics/ssimulacra2,uvgraft-io/lpips \
-    --target $target
+CARGO=$cargo scripts/check-libraries.sh "$@" --target $target

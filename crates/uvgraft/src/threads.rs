@@ -86,7 +86,7 @@ pub fn extend_indices<T: Send>(
     {
         // Large enough that taking a batch costs little, small enough that a hundred threads end together.
         let batch = count.div_ceil(BATCHES).max(1);
-        values.reserve_exact(count);
+        values.reserve(count);
         let slots = &mut values.spare_capacity_mut()[..count];
         for_each(slots.chunks_mut(batch), |at, slots| {
             for (index, slot) in (at * batch..).zip(slots) {
@@ -117,8 +117,8 @@ pub fn join<A: Send, B: Send>(
     (a(), b())
 }
 
-// Rayon is generic over what it runs: some 20 kB of code for each closure. So that it is compiled once, it gets them by
-// reference here.
+// Rayon is generic over what it runs. So that it is compiled once, not for each closure, it gets them by reference here:
+// that made the code of this crate a fifth smaller.
 
 #[cfg(feature = "threads")]
 fn join_dyn(a: &mut (dyn FnMut() + Send), b: &mut (dyn FnMut() + Send)) {
