@@ -149,7 +149,7 @@ fn selfies_from_files_and_from_bytes() {
     bench.run_args(&["weights", "import", package.to_str().unwrap()]);
     bench.save("astronaut.png", photo);
     bench.make("selfie astronaut.png --head demo --size 512 -o face.png --cameras cameras.json");
-    bench.make("avatar --selfie astronaut.png --body demo -o me.glb");
+    bench.make("avatar --selfie astronaut.png --body demo --size 512 -o me.glb");
     let networks = || Networks::File(self::bytes(&bench, "faces.safetensors"));
     let mut request = SelfieRequest::new(Head::Figure, [bench.path("astronaut.png")]);
     request.size = Size::square(512);
@@ -159,6 +159,7 @@ fn selfies_from_files_and_from_bytes() {
     assert_eq!(made.cameras_json().unwrap().into_bytes(), bench.bytes("cameras.json"));
     let mut request = AvatarRequest::new(Body::Figure, "me.glb");
     request.photos = vec![self::bytes(&bench, "astronaut.png")];
+    request.textures.size = Some(Size::square(512));
     request.photo_options.networks = networks();
     let file = request.make(&()).unwrap().file;
     assert!(file == bench.bytes("me.glb"));

@@ -2,6 +2,7 @@
 
 use std::path::Path;
 use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
 
 use glam::DVec3;
 use uvgraft::{Area, Mesh, Size, Texture, threads};
@@ -60,14 +61,24 @@ impl MadeSelfie {
         let networks = networks::load(&options.networks)?;
         let GivenHead { mesh, name, flame } = given;
         let texture = options.usual_texture(&mesh)?;
-        let (head, photos) = threads::join(
+        let is_refused = Arc::new(AtomicBool::new(false));
+        let (photos, head) = threads::join(
             || {
-                let of_drawings = networks.clone();
-                let detect = move |drawing: &Texture| networks::of_drawing(&of_drawings, drawing);
+                let photos = read(frames, &networks, options, observer);
+                is_refused.store(photos.is_err(), Ordering::Relaxed);
+                photos
+            },
+            || {
+                let (of_drawings, is_refused) = (networks.clone(), Arc::clone(&is_refused));
+                // Without photographs, the head is not needed, and nobody should wait for it.
+                let detect = move |drawing: &Texture| {
+                    let is_wanted = !is_refused.load(Ordering::Relaxed);
+                    is_wanted.then(|| networks::of_drawing(&of_drawings, drawing)).flatten()
+                };
                 Head::new(mesh, texture.as_ref(), networks.canonical(), Arc::new(detect))
             },
-            || read(frames, &networks, options, observer),
         );
+        let (photos, pixels) = photos?;
         let head = head.map_err(|error| no_head(&name, &error))?;
         let space =
             flame.as_ref().map(|model| model_space(model, head.mesh())).transpose()?.flatten();
@@ -75,7 +86,6 @@ impl MadeSelfie {
             Some(space) => head.with_model(space),
             None => head,
         };
-        let (photos, pixels) = photos?;
         observer.check()?;
         let fit = fitted(&head, &photos, &pixels, flame.as_ref())?.ok_or_else(|| {
             Failure::input(format!("{name}: its head does not fit the face in the photographs"))
