@@ -72,8 +72,7 @@ impl Candidates {
     pub fn unique(&self) -> Vec<[u32; 2]> {
         let mut found = Vec::new();
         for group in self.of[0].chunk_by(|one, other| one.0 == other.0) {
-            if let (&[(signature, half)], &[(_, other)]) = (group, self.matching(group[0].0)) {
-                debug_assert_eq!(signature, group[0].0);
+            if let (&[(_, half)], &[(_, other)]) = (group, self.matching(group[0].0)) {
                 found.push([half, other]);
             }
         }
