@@ -6,6 +6,9 @@ CARGO ?= cargo
 # In CI, one build serves the demo, all tests, the documentation and the wheel: they have the same profile and the same
 # features, so that cargo compiles nothing twice. Elsewhere, each has what it needs, and `make ONE_BUILD=1` is as in CI.
 ONE_BUILD ?= $(CI)
+ifneq ($(strip $(ONE_BUILD)),)
+export RUSTC_WORKSPACE_WRAPPER := $(CURDIR)/scripts/rustc.sh
+endif
 
 # The metric FLIP is C++, and so are mesh simplification and KTX2, whose build takes a minute: outside CI,
 # tests leave it out.
