@@ -34,7 +34,7 @@ WHEEL_FEATURES = $(if $(CXX_FOUND),flip simplify ktx2) $$(test ! -s target/viewe
 	$(if $(ONE_BUILD),shared)
 PYTHON_FEATURES = $(filter-out ktx2,$(WHEEL_FEATURES))
 
-.PHONY: demo test bench bench-scaling bench-peers book lint fixtures package viewer test-ktx2 test-gpu test-clients \
+.PHONY: demo test test-rust bench bench-scaling bench-peers book lint fixtures package viewer test-ktx2 test-gpu test-clients \
 	selfie-report recognise test-python wheel test-wheel test-cluster test-torch fuzz test-i686 test-big-endian \
 	test-aarch64 test-wasm test-web test-miri test-asan check-systems soak mutants dist check-dist
 
@@ -61,8 +61,10 @@ demo: $(if $(ONE_BUILD),build,viewer)
 viewer:
 	@scripts/build-viewer.sh
 
+test: test-rust test-python
+
 # Tests with real meshes run if UVGRAFT_DATA names their folder, and report it if they are skipped.
-test: viewer
+test-rust: viewer
 	@scripts/fetch-test-data.sh
 	@scripts/fetch-open-body.sh
 	@scripts/install-browser.sh
@@ -71,7 +73,6 @@ test: viewer
 		echo "there is no C++ compiler (c++): tests of FLIP and of simplifying are skipped"
 	UVGRAFT_GPU_REQUIRED=$(CI) $(CARGO) test --locked --workspace $(FEATURES) --tests
 	$(CARGO) test --locked --workspace $(FEATURES) --doc
-	@$(MAKE) --no-print-directory test-python
 
 # The Python package alone; `make test` includes it.
 PYTEST ?=
@@ -95,8 +96,8 @@ wheel: viewer python-venv
 	target/python-venv/bin/maturin build --profile $(if $(ONE_BUILD),dev,release) --locked \
 		--manifest-path bindings/python/Cargo.toml --features "$(WHEEL_FEATURES)" --out $(WHEELS)
 
-# The wheel in fresh environments of the oldest and the newest Python here. All tests have run on it already where there
-# is one build.
+# The wheel in fresh environments of the oldest and the newest Python here. All tests have run on it already, with the
+# newest, where there is one build.
 test-wheel: wheel
 	@UVGRAFT_WHEEL_TESTS=$(if $(ONE_BUILD),few) scripts/test-wheel.sh target/wheels/uvgraft-*.whl
 

@@ -33,6 +33,4 @@ mypy
 cd "$folder"
 # The compiled part alone: the rest has its types in place.
 python -m mypy.stubtest --mypy-config-file "$package/pyproject.toml" uvgraft._uvgraft
-# Tests of a file share what it prepares.
-python -m pytest --quiet --numprocesses=auto --maxprocesses=4 --dist=loadfile \
-    --config-file "$package/pyproject.toml" "$package/tests" "$@"
+python -m pytest --quiet --config-file "$package/pyproject.toml" "$package/tests" "$@"
