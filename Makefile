@@ -34,7 +34,7 @@ WHEEL_FEATURES = $(if $(CXX_FOUND),flip simplify ktx2) $$(test ! -s target/viewe
 	$(if $(ONE_BUILD),shared)
 PYTHON_FEATURES = $(filter-out ktx2,$(WHEEL_FEATURES))
 
-.PHONY: demo test test-rust bench bench-scaling bench-peers book lint fixtures package viewer test-ktx2 test-gpu test-clients \
+.PHONY: demo test bench bench-scaling bench-peers book lint fixtures package viewer test-ktx2 test-gpu test-clients \
 	selfie-report recognise test-python wheel test-wheel test-cluster test-torch fuzz test-i686 test-big-endian \
 	test-aarch64 test-wasm test-web test-miri test-asan check-systems soak mutants dist check-dist
 
@@ -61,10 +61,8 @@ demo: $(if $(ONE_BUILD),build,viewer)
 viewer:
 	@scripts/build-viewer.sh
 
-test: test-rust test-python
-
 # Tests with real meshes run if UVGRAFT_DATA names their folder, and report it if they are skipped.
-test-rust: viewer
+test: viewer
 	@scripts/fetch-test-data.sh
 	@scripts/fetch-open-body.sh
 	@scripts/install-browser.sh
@@ -73,6 +71,7 @@ test-rust: viewer
 		echo "there is no C++ compiler (c++): tests of FLIP and of simplifying are skipped"
 	UVGRAFT_GPU_REQUIRED=$(CI) $(CARGO) test --locked --workspace $(FEATURES) --tests
 	$(CARGO) test --locked --workspace $(FEATURES) --doc
+	@$(MAKE) --no-print-directory test-python
 
 # The Python package alone; `make test` includes it.
 PYTEST ?=

@@ -8,7 +8,7 @@ use uvgraft_tests::looks::measure::{self, Bench, Figures};
 use uvgraft_tests::looks::subjects::{BODY, Outcome, Subject, subjects, transfer};
 
 /// Number of bodies that each face is tried on.
-const BODIES_A_FACE: usize = 2;
+const BODIES_A_FACE: usize = 3;
 
 /// A shirt in the skin's own hue, without a visible edge all around, follows the body's tone.
 const LIKE_SKIN: &str = "brown shirt";

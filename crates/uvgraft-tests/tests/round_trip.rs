@@ -130,8 +130,8 @@ fn alex() -> Option<Lpips> {
 #[test]
 fn photographs_survive_better_than_the_reference_leaves_them() {
     let Some(pair) = real::flame_to_smplx() else { return };
-    let Some(texture) = photographs::mosaic(Size::square(2048)) else { return };
-    let (via, lpips) = (Size::square(1024), alex());
+    let Some(texture) = photographs::mosaic(Size::square(4096)) else { return };
+    let (via, lpips) = (Size::square(2048), alex());
     let original = Colors::new(texture.clone()).unwrap();
     let judge = |name: &str, result: Texture| {
         let scores = Scores::new(result, &original, lpips.as_ref());

@@ -72,8 +72,10 @@ impl MadeSelfie {
                 let (of_drawings, is_refused) = (networks.clone(), Arc::clone(&is_refused));
                 // Without photographs, the head is not needed, and nobody should wait for it.
                 let detect = move |drawing: &Texture| {
-                    let is_wanted = !is_refused.load(Ordering::Relaxed);
-                    is_wanted.then(|| networks::of_drawing(&of_drawings, drawing)).flatten()
+                    if is_refused.load(Ordering::Relaxed) {
+                        return None;
+                    }
+                    networks::of_drawing(&of_drawings, drawing)
                 };
                 Head::new(mesh, texture.as_ref(), networks.canonical(), Arc::new(detect))
             },
