@@ -34,7 +34,7 @@ WHEEL_FEATURES = $(if $(CXX_FOUND),flip simplify ktx2) $$(test ! -s target/viewe
 	$(if $(ONE_BUILD),shared)
 PYTHON_FEATURES = $(filter-out ktx2,$(WHEEL_FEATURES))
 
-.PHONY: demo test bench bench-scaling bench-peers book lint fixtures package viewer test-ktx2 test-gpu test-clients \
+.PHONY: demo test test-rust bench bench-scaling bench-peers book lint fixtures package viewer test-ktx2 test-gpu test-clients \
 	selfie-report recognise test-python wheel test-wheel test-cluster test-torch fuzz test-i686 test-big-endian \
 	test-aarch64 test-wasm test-web test-miri test-asan check-systems soak mutants dist check-dist
 
@@ -61,8 +61,10 @@ demo: $(if $(ONE_BUILD),build,viewer)
 viewer:
 	@scripts/build-viewer.sh
 
+test: test-rust test-python
+
 # Tests with real meshes run if UVGRAFT_DATA names their folder, and report it if they are skipped.
-test: viewer
+test-rust: viewer
 	@scripts/fetch-test-data.sh
 	@scripts/fetch-open-body.sh
 	@scripts/install-browser.sh
@@ -71,7 +73,6 @@ test: viewer
 		echo "there is no C++ compiler (c++): tests of FLIP and of simplifying are skipped"
 	UVGRAFT_GPU_REQUIRED=$(CI) $(CARGO) test --locked --workspace $(FEATURES) --tests
 	$(CARGO) test --locked --workspace $(FEATURES) --doc
-	@$(MAKE) --no-print-directory test-python
 
 # The Python package alone; `make test` includes it.
 PYTEST ?=
@@ -109,10 +110,10 @@ test-cluster: wheel
 # Differentiable transfers, with a Python that has PyTorch, whose package has 3 GB, and JAX, if it has that:
 # make test-torch TORCH_PYTHON=venv/bin/python
 TORCH_PYTHON ?= python3
-test-torch:
+test-torch: $(if $(ONE_BUILD),wheel)
 	@$(TORCH_PYTHON) -c 'import torch' 2>/dev/null || \
 		echo "$(TORCH_PYTHON) has no PyTorch: tests of uvgraft.torch are skipped"
-	@! $(TORCH_PYTHON) -c 'import torch' 2>/dev/null || { $(MAKE) --no-print-directory wheel && \
+	@! $(TORCH_PYTHON) -c 'import torch' 2>/dev/null || { $(if $(ONE_BUILD),,$(MAKE) --no-print-directory wheel &&) \
 		scripts/test-installed.sh $(TORCH_PYTHON) tests/test_torch.py tests/test_jax.py; }
 
 # Fuzzes each target for a minute with the nightly toolchain: make fuzz TARGETS="obj glb" SECONDS_EACH=600
