@@ -34,8 +34,8 @@ WHEEL_FEATURES = $(if $(CXX_FOUND),flip simplify ktx2) $$(test ! -s target/viewe
 	$(if $(ONE_BUILD),shared)
 PYTHON_FEATURES = $(filter-out ktx2,$(WHEEL_FEATURES))
 
-.PHONY: demo test test-rust bench bench-scaling bench-peers book lint fixtures package viewer test-ktx2 test-gpu test-clients \
-	selfie-report recognise test-python wheel test-wheel test-cluster test-torch fuzz test-i686 test-big-endian \
+.PHONY: demo test test-rust bench bench-scaling bench-peers book lint fixtures package viewer test-ktx2 test-gpu \
+	test-clients selfie-report recognise test-python wheel test-wheel test-cluster test-torch fuzz test-i686 test-big-endian \
 	test-aarch64 test-wasm test-web test-miri test-asan check-systems soak mutants dist check-dist
 
 # Everything that tests run, in one go.
@@ -61,7 +61,11 @@ demo: $(if $(ONE_BUILD),build,viewer)
 viewer:
 	@scripts/build-viewer.sh
 
-test: test-rust test-python
+# In CI all of them. Those of Python, clusters and other programs run side by side: much of them is waiting, for installers,
+# for workers, for other programs.
+test: test-rust
+	@$(MAKE) --no-print-directory $(if $(ONE_BUILD),--jobs=2 --output-sync=target) test-python \
+		$(if $(ONE_BUILD),test-wheel test-cluster test-torch test-clients)
 
 # Tests with real meshes run if UVGRAFT_DATA names their folder, and report it if they are skipped.
 test-rust: viewer
