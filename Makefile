@@ -61,8 +61,8 @@ demo: $(if $(ONE_BUILD),build,viewer)
 viewer:
 	@scripts/build-viewer.sh
 
-# In CI all of them. Those of Python, clusters and other programs run side by side: much of them is waiting, for installers,
-# for workers, for other programs.
+# In CI, clusters and other programs as well, two groups at a time: much of these is waiting, for installers, for workers,
+# for other programs.
 test: test-rust
 	@$(MAKE) --no-print-directory $(if $(ONE_BUILD),--jobs=2 --output-sync=target) test-python \
 		$(if $(ONE_BUILD),test-wheel test-cluster test-torch test-clients)
@@ -115,10 +115,12 @@ test-cluster: wheel
 # make test-torch TORCH_PYTHON=venv/bin/python
 TORCH_PYTHON ?= python3
 test-torch: $(if $(ONE_BUILD),wheel)
-	@$(TORCH_PYTHON) -c 'import torch' 2>/dev/null || \
-		echo "$(TORCH_PYTHON) has no PyTorch: tests of uvgraft.torch are skipped"
-	@! $(TORCH_PYTHON) -c 'import torch' 2>/dev/null || { $(if $(ONE_BUILD),,$(MAKE) --no-print-directory wheel &&) \
-		scripts/test-installed.sh $(TORCH_PYTHON) tests/test_torch.py tests/test_jax.py; }
+	@if $(TORCH_PYTHON) -c 'import torch' 2>/dev/null; then \
+		$(if $(ONE_BUILD),,$(MAKE) --no-print-directory wheel &&) \
+		scripts/test-installed.sh $(TORCH_PYTHON) tests/test_torch.py tests/test_jax.py; \
+	else \
+		echo "$(TORCH_PYTHON) has no PyTorch: tests of uvgraft.torch are skipped"; \
+	fi
 
 # Fuzzes each target for a minute with the nightly toolchain: make fuzz TARGETS="obj glb" SECONDS_EACH=600
 # `make test` runs the same targets on seeded inputs.
