@@ -6,16 +6,20 @@ use std::sync::Arc;
 use pyo3::prelude::*;
 use pyo3::types::{PyBytes, PyTuple};
 use uvgraft::correspond::{self, By, FindOptions};
-use uvgraft::{Choice, LinkError, Mesh as CoreMesh, Pair as CorePair};
-use uvgraft_assembly::mesh_file;
+use uvgraft::{Choice, Mesh as CoreMesh, Pair as CorePair, Side};
+use uvgraft_assembly::mesh_file::{self, LoadedMesh};
+use uvgraft_assembly::pairing::{self, UvReading};
 use uvgraft_io::pair_file::{self, PairFile};
 use uvgraft_io::vertex_map;
 
 use crate::arguments::chosen;
 use crate::arrays::{numbers, rows, shape_text};
-use crate::error::{bad_type, bad_value, failed, of_any_file, of_file, of_reading};
+use crate::error::{
+    bad_type, bad_value, failed, of_any_file, of_file, of_reading, warn_caller, with_names,
+};
 use crate::mesh::Mesh;
 use crate::threads;
+use crate::work::Log;
 
 /// The method of a pair by a given vertex map.
 pub(crate) const VERTEX_MAP: &str = "vertex-map";
@@ -40,6 +44,11 @@ pub(crate) const VERTEX_MAP: &str = "vertex-map";
 ///     Vertices of the source and the target that correspond, to guide the registration.
 /// reach, visibility : float, optional
 ///     Limits of the registration, 0 to 1: see ``uvgraft pair --help``.
+/// outside : {"unlinked", "clamp", "repeat"}
+///     What becomes of triangles with UV coordinates outside the unit square: linked only between UDIM
+///     tiles, clamped to the square, or moved into it as whole polygons.
+/// flip_u, flip_v : sequence of {"source", "target"}, optional
+///     The meshes whose U or V is counted from the other side, for layouts that were exported flipped.
 /// note : str, optional
 ///     A note on licences, kept with the pair.
 /// threads : int, optional
@@ -53,6 +62,12 @@ pub(crate) const VERTEX_MAP: &str = "vertex-map";
 ///     For arguments of other types, and values that are not allowed.
 /// OSError
 ///     For files that cannot be read.
+///
+/// Warns
+/// -----
+/// UserWarning
+///     If one of the layouts is mirrored as a whole, if hardly anything is linked, or if parts with other
+///     textures, which a pair does not have, were a large share of what is linked.
 #[pyclass(frozen, module = "uvgraft", name = "Pair")]
 pub(crate) struct Pair {
     pub(crate) file: PairFile,
@@ -70,7 +85,8 @@ impl Pair {
     #[new]
     #[pyo3(signature = (
         source, target, *, vertex_map=None, by="auto", align="similarity", landmarks=None,
-        reach=None, visibility=None, note=None, threads=None
+        reach=None, visibility=None, outside="unlinked", flip_u=None, flip_v=None, note=None,
+        threads=None
     ))]
     fn new(
         py: Python<'_>,
@@ -82,11 +98,21 @@ impl Pair {
         landmarks: Option<&Bound<'_, PyAny>>,
         reach: Option<f64>,
         visibility: Option<f64>,
+        outside: &str,
+        flip_u: Option<Vec<String>>,
+        flip_v: Option<Vec<String>>,
         note: Option<String>,
         threads: Option<i64>,
     ) -> PyResult<Self> {
-        let (source, source_name) = mesh(source, "source")?;
-        let (target, target_name) = mesh(target, "target")?;
+        let reading = UvReading {
+            flip_u: sides("flip_u", flip_u)?,
+            flip_v: sides("flip_v", flip_v)?,
+            outside: chosen("outside", outside)?,
+        };
+        let source = reading.apply(mesh(source, "source")?, Side::Source, &());
+        let target = reading.apply(mesh(target, "target")?, Side::Target, &());
+        let (source, source_name) = (source.mesh, source.name);
+        let (target, target_name) = (target.mesh, target.name);
         let ids = vertex_map.map(read_vertex_map).transpose()?;
         if ids.is_some() && ![By::Any.name(), VERTEX_MAP].contains(&by) {
             return Err(bad_value(format_args!(
@@ -117,14 +143,20 @@ impl Pair {
             )
         });
         let threads = threads::checked(threads)?;
-        let (pair, method) = threads::run(py, threads, move || match ids {
+        let (pair, others, method) = threads::run(py, threads, move || match ids {
             Some(ids) => CorePair::by_vertex_map(source, target, &ids)
-                .map(|pair| (pair, VERTEX_MAP.to_owned()))
+                .map(|pair| {
+                    let (pair, others) = pair.in_one_layout();
+                    (pair, others, VERTEX_MAP.to_owned())
+                })
                 .map_err(of_linking),
             None => correspond::find(source, target, &options)
-                .map(|found| (found.pair, found.method.by().name().to_owned()))
-                .map_err(failed),
+                .map(|it| (it.pair, it.other_layouts, it.method.by().name().to_owned()))
+                .map_err(of_linking),
         })??;
+        let said = Log::default();
+        pairing::remark(&pair, &others, [&source_name, &target_name], &said);
+        warn_caller(py, said.warnings())?;
         let pair = Arc::new(pair);
         let file = PairFile { pair, source_name, target_name, note };
         Ok(Self { file, method: Some(method) })
@@ -233,17 +265,17 @@ impl Pair {
 }
 
 /// A mesh from an object or a path, and its name.
-fn mesh(given: &Bound<'_, PyAny>, what: &str) -> PyResult<(CoreMesh, String)> {
+fn mesh(given: &Bound<'_, PyAny>, what: &str) -> PyResult<LoadedMesh> {
     if let Ok(mesh) = given.cast::<Mesh>() {
         let mesh = mesh.get();
-        return Ok((CoreMesh::clone(&mesh.mesh), mesh.name.clone()));
+        return Ok(LoadedMesh { mesh: CoreMesh::clone(&mesh.mesh), name: mesh.name.clone() });
     }
     let Ok(path) = given.extract::<PathBuf>() else {
         let found = given.get_type().name()?.to_string();
         return Err(bad_type(format_args!("{what} must be a Mesh or a path, got {found}")));
     };
     let read = given.py().detach(|| mesh_file::read(&path));
-    read.map(|loaded| (loaded.mesh, loaded.name)).map_err(|error| of_any_file(&error, &path))
+    read.map_err(|error| of_any_file(&error, &path))
 }
 
 fn read_vertex_map(given: &Bound<'_, PyAny>) -> PyResult<Vec<i64>> {
@@ -276,6 +308,11 @@ fn method_of(by: &str) -> PyResult<By> {
     chosen("by", by)
 }
 
-fn of_linking(error: LinkError) -> PyErr {
-    failed(error)
+/// The meshes of a list, source or target.
+fn sides(name: &str, given: Option<Vec<String>>) -> PyResult<Vec<Side>> {
+    given.unwrap_or_default().iter().map(|side| chosen(name, side)).collect()
+}
+
+fn of_linking(error: impl std::error::Error) -> PyErr {
+    failed(with_names(&error.to_string()))
 }

@@ -27,7 +27,7 @@ pub(crate) struct Finished<T> {
 
 /// What work says meanwhile, and whether it is to end.
 #[derive(Default)]
-struct Log {
+pub(crate) struct Log {
     is_cancelled: AtomicBool,
     said: Mutex<Said>,
 }
@@ -36,6 +36,13 @@ struct Log {
 struct Said {
     notes: Vec<String>,
     warnings: Vec<String>,
+}
+
+impl Log {
+    /// What was warned of.
+    pub(crate) fn warnings(self) -> Vec<String> {
+        self.said.into_inner().unwrap_or_else(PoisonError::into_inner).warnings
+    }
 }
 
 impl Observer for Log {

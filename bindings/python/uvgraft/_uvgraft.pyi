@@ -97,6 +97,9 @@ class Pair:
         landmarks: ArrayLike | None = None,
         reach: float | None = None,
         visibility: float | None = None,
+        outside: Literal["unlinked", "clamp", "repeat"] = "unlinked",
+        flip_u: Sequence[Literal["source", "target"]] | None = None,
+        flip_v: Sequence[Literal["source", "target"]] | None = None,
         note: str | None = None,
         threads: int | None = None,
     ) -> Pair: ...

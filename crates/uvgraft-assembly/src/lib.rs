@@ -33,6 +33,7 @@ pub mod drawing;
 mod existing;
 pub mod mesh_file;
 pub mod pair_picture;
+pub mod pairing;
 pub mod render;
 pub mod report;
 pub mod selfie;

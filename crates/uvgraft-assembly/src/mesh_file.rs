@@ -84,14 +84,14 @@ impl MeshFile {
         };
         let Some(selector) = self.selector.as_deref() else { return MeshChoice::default() };
         if let Some(uv_set) = set(selector) {
-            return MeshChoice { name: None, uv_set };
+            return MeshChoice { name: None, uv_set: Some(uv_set) };
         }
         if let Some((name, last)) = selector.rsplit_once('/')
             && let Some(uv_set) = set(last)
         {
-            return MeshChoice { name: Some(name.to_owned()), uv_set };
+            return MeshChoice { name: Some(name.to_owned()), uv_set: Some(uv_set) };
         }
-        MeshChoice { name: Some(selector.to_owned()), uv_set: 0 }
+        MeshChoice { name: Some(selector.to_owned()), uv_set: None }
     }
 }
 
@@ -318,14 +318,14 @@ mod tests {
     #[test]
     fn selectors_are_names_and_uv_sets() {
         for (selector, name, uv_set) in [
-            (None, None, 0),
-            (Some("1"), None, 1),
-            (Some("Head"), Some("Head"), 0),
-            (Some("Head/1"), Some("Head"), 1),
-            (Some("1/0"), Some("1"), 0),
-            (Some("a/b"), Some("a/b"), 0),
-            (Some("+1"), Some("+1"), 0),
-            (Some("99999999999"), Some("99999999999"), 0),
+            (None, None, None),
+            (Some("1"), None, Some(1)),
+            (Some("Head"), Some("Head"), None),
+            (Some("Head/1"), Some("Head"), Some(1)),
+            (Some("1/0"), Some("1"), Some(0)),
+            (Some("a/b"), Some("a/b"), None),
+            (Some("+1"), Some("+1"), None),
+            (Some("99999999999"), Some("99999999999"), None),
         ] {
             let file = MeshFile { file: "a.glb".into(), selector: selector.map(str::to_owned) };
             let wanted = MeshChoice { name: name.map(str::to_owned), uv_set };

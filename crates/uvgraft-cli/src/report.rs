@@ -189,27 +189,31 @@ fn significant(value: f64) -> String {
 }
 
 /// Prints the report of a pair to standard output: as text, or as JSON.
-pub(crate) fn print(file: &PairFile, sizes: &Sizes, json: bool) -> anyhow::Result<()> {
-    print_with(file, None, sizes, json)
+pub(crate) fn print(file: &PairFile, report: &PairReport, json: bool) -> anyhow::Result<()> {
+    print_with(file, None, report, json)
+}
+
+/// The report of a pair for textures of some sizes.
+pub(crate) fn of_pair(file: &PairFile, sizes: &Sizes) -> PairReport {
+    PairReport::new(&file.pair, sizes.texels())
 }
 
 /// As [`print`], with how the meshes were linked.
 pub(crate) fn print_linked(
     file: &PairFile,
     linked: &Linked,
-    sizes: &Sizes,
+    report: &PairReport,
     json: bool,
 ) -> anyhow::Result<()> {
-    print_with(file, Some(linked), sizes, json)
+    print_with(file, Some(linked), report, json)
 }
 
 fn print_with(
     file: &PairFile,
     linked: Option<&Linked>,
-    sizes: &Sizes,
+    report: &PairReport,
     json: bool,
 ) -> anyhow::Result<()> {
-    let report = PairReport::new(&file.pair, sizes.texels());
     let recognised = [file.pair.source(), file.pair.target()].map(recognise);
     if json {
         let document = Document {
@@ -221,12 +225,12 @@ fn print_with(
             target_recognition: &recognised[1],
             note: &file.note,
             linked,
-            report: &report,
+            report,
         };
         return terminal::print_json(&document);
     }
     let linked = linked.map_or_else(String::new, |linked| linked.text() + "\n");
-    terminal::print(&(linked + &text(file, &report, &recognised)))
+    terminal::print(&(linked + &text(file, report, &recognised)))
 }
 
 fn text(file: &PairFile, report: &PairReport, recognised: &[Recognition; 2]) -> String {

@@ -210,7 +210,7 @@ fn mesh_part(part: BodyPart, polygons: Range<u32>) -> uvgraft::MeshPart {
         Side::Right => " right",
     };
     let (object, material) = (object.to_owned(), material.to_owned());
-    uvgraft::MeshPart { object, group: group + side, material, polygons }
+    uvgraft::MeshPart { object, group: group + side, material, image: None, polygons }
 }
 
 #[cfg(test)]

@@ -168,12 +168,7 @@ fn parts(arrays: &NamedArrays, triangles: usize) -> Result<Vec<MeshPart>, ModelM
         let name = usize::try_from(number).ok().and_then(|number| names.get(number));
         let group = (*name.ok_or(ModelMeshError::Parts)?).to_owned();
         last = Some(number);
-        parts.push(MeshPart {
-            object: String::new(),
-            group,
-            material: String::new(),
-            polygons: face..face + 1,
-        });
+        parts.push(MeshPart { group, polygons: face..face + 1, ..MeshPart::default() });
     }
     Ok(parts)
 }

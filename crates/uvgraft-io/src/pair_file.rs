@@ -136,6 +136,9 @@ struct SavedPart {
     object: String,
     group: String,
     material: String,
+    /// Missing where the format of the mesh does not say, and in files of earlier versions of uvgraft.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    image: Option<String>,
     first: u32,
     end: u32,
 }
@@ -409,6 +412,7 @@ impl From<&MeshPart> for SavedPart {
             object: part.object.clone(),
             group: part.group.clone(),
             material: part.material.clone(),
+            image: part.image.clone(),
             first: part.polygons.start,
             end: part.polygons.end,
         }
@@ -491,6 +495,7 @@ fn read_mesh(
         object: part.object.clone(),
         group: part.group.clone(),
         material: part.material.clone(),
+        image: part.image.clone(),
         polygons: part.first..part.end,
     });
     let mesh = Mesh::from_polygons(
@@ -559,8 +564,9 @@ mod tests {
         let part = MeshPart {
             object: "Körper".to_owned(),
             group: "\"checksum\":\"".to_owned(),
-            material: String::new(),
+            image: Some("face.png".to_owned()),
             polygons: 0..2,
+            ..MeshPart::default()
         };
         let mesh =
             Mesh::from_polygons(positions, uv, &corners, &[4, 3]).unwrap().with_parts(vec![part]);

@@ -91,12 +91,7 @@ fn parts(mesh: &Mesh, positions: &[[f32; 3]]) -> Result<(Vec<u32>, Mesh), String
         if polygons.is_empty() {
             return Err(format!("must have a group `{group}`"));
         }
-        named.push(MeshPart {
-            object: String::new(),
-            group: name.to_owned(),
-            material: String::new(),
-            polygons,
-        });
+        named.push(MeshPart { group: name.to_owned(), polygons, ..MeshPart::default() });
     }
     let kept = renumbered(&mut corners, |corner| &mut corner.vertex);
     let kept_uv = renumbered(&mut corners, |corner| &mut corner.uv);

@@ -74,10 +74,9 @@ mod tests {
             faces.push([first, first + 1, first + 2]);
         }
         let part = |group: &str, polygons| MeshPart {
-            object: String::new(),
             group: group.to_owned(),
-            material: String::new(),
             polygons,
+            ..MeshPart::default()
         };
         let parts = vec![part("skin", 0..1), part("left_eye", 1..3), part("right_eye", 3..5)];
         let mesh = Mesh::from_triangles(places, uv.clone(), &faces, &faces).unwrap();

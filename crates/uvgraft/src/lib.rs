@@ -45,6 +45,7 @@ pub mod islands;
 pub mod known;
 pub mod labels;
 mod layout_grid;
+pub mod layout_match;
 pub mod map;
 pub mod matrix;
 pub mod mesh;

@@ -8,6 +8,8 @@ mod tiles;
 
 use std::ops::Range;
 
+use glam::{DVec3, Vec3};
+
 pub(crate) use tiles::Placement;
 pub use tiles::TileFaces;
 
@@ -27,7 +29,7 @@ pub struct Mesh {
 }
 
 /// Consecutive polygons that share an object, a group and a material.
-#[derive(Debug, Clone, PartialEq, Eq)]
+#[derive(Debug, Clone, PartialEq, Eq, Default)]
 pub struct MeshPart {
     /// Name of the object, empty where the file names none.
     pub object: String,
@@ -35,6 +37,10 @@ pub struct MeshPart {
     pub group: String,
     /// Name of the material, empty where the file names none.
     pub material: String,
+    /// The image of the material's base colour, by a name that no other image of the file has; empty
+    /// for a material without an image, `None` where the format does not say. Parts with different
+    /// images have layouts of their own: see [`Pair::in_one_layout`](crate::Pair::in_one_layout).
+    pub image: Option<String>,
     /// Range of polygon indices.
     pub polygons: Range<u32>,
 }
@@ -97,6 +103,22 @@ pub enum MeshError {
         max: usize,
     },
 }
+
+/// An axis of UV coordinates.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+pub enum UvAxis {
+    /// Across the texture.
+    U,
+    /// Down the texture.
+    V,
+}
+
+crate::choices!(UvAxis {
+    U => "u", "Across the texture";
+    V => "v", "Down the texture";
+});
+#[cfg(feature = "serde")]
+crate::choice::serialize_by_name!(UvAxis);
 
 /// One corner of a polygon: its vertex and its UV coordinate.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -275,6 +297,20 @@ impl Mesh {
         self.uv_faces[face].map(|index| self.uv[index as usize])
     }
 
+    /// The three positions of a triangle.
+    pub(crate) fn triangle(&self, face: usize) -> [DVec3; 3] {
+        self.faces[face].map(|index| Vec3::from(self.positions[index as usize]).as_dvec3())
+    }
+
+    /// The same mesh with U or V counted from the other side of the unit square.
+    #[must_use]
+    pub fn flipped(mut self, axis: UvAxis) -> Self {
+        for uv in &mut self.uv {
+            uv[axis as usize] = 1.0 - uv[axis as usize];
+        }
+        self
+    }
+
     /// Whether a triangle has a UV coordinate outside the unit square by more than a thousandth,
     /// which allows for rounding and half a texel. A texture has no texels there; in another UDIM
     /// tile another texture may.
@@ -301,6 +337,11 @@ fn is_inside(coordinate: &f32) -> bool {
 /// (`v` down). Exact in sign for 32-bit input up to the rounding of `f64`.
 pub(crate) fn doubled_area([a, b, c]: [[f64; 2]; 3]) -> f64 {
     (b[0] - a[0]) * (c[1] - a[1]) - (b[1] - a[1]) * (c[0] - a[0])
+}
+
+/// The area of a triangle in space.
+pub(crate) fn triangle_area([a, b, c]: [DVec3; 3]) -> f64 {
+    0.5 * (b - a).cross(c - a).length()
 }
 
 fn check_finite<const N: usize>(what: &'static str, values: &[[f32; N]]) -> Result<(), MeshError> {

@@ -1,6 +1,12 @@
 //! Two layouts and their corresponding pieces: the input to sampling maps of any size.
 
+mod layouts;
+mod mirroring;
 mod tiles;
+
+pub use layouts::OtherLayouts;
+pub(crate) use layouts::{SIDE as OVERLAP_SIDE, texels_of};
+pub use mirroring::Mirroring;
 
 use crate::mesh::Mesh;
 use crate::piece::{FacePieces, Piece, PieceError, Pieces};

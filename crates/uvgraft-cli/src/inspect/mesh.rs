@@ -218,9 +218,9 @@ mod tests {
     fn parts_are_named_once() {
         let part = |object: &str, material: &str| MeshPart {
             object: object.to_owned(),
-            group: String::new(),
             material: material.to_owned(),
             polygons: 0..1,
+            ..MeshPart::default()
         };
         let parts = [part("head", "skin"), part("eyes", ""), part("head", "skin"), part("", "")];
         assert_eq!(part_names(&parts), ["head / skin", "eyes"]);

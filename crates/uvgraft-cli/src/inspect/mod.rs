@@ -61,7 +61,7 @@ fn inspect_pair(args: &Args, pair: &Path) -> anyhow::Result<ExitCode> {
         }
         read => read.or_bad_input()?,
     };
-    report::print(&file, &args.sizes, args.json)?;
+    report::print(&file, &report::of_pair(&file, &args.sizes), args.json)?;
     let names = [&*file.source_name, &*file.target_name];
     recognition::pairing_warnings([file.pair.source(), file.pair.target()], names)
         .into_iter()

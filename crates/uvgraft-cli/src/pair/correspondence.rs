@@ -5,8 +5,10 @@ use std::path::{Path, PathBuf};
 use anyhow::Context;
 use uvgraft::correspond::surface::Align;
 use uvgraft::correspond::{self, By, FindOptions};
+use uvgraft::pair::OtherLayouts;
 use uvgraft::{Choice, Mesh, Pair};
 use uvgraft_io::{obj, vertex_map};
+use uvgraft_pipeline::Failure;
 
 use super::{landmarks, table};
 use crate::choice::choice;
@@ -98,6 +100,8 @@ impl Choice for Chosen {
 pub(super) struct LinkedPair {
     pub(super) pair: Pair,
     pub(super) linked: Linked,
+    /// Parts that the pair does not have, since they have textures of their own.
+    pub(super) other_layouts: Vec<OtherLayouts>,
 }
 
 fn share(text: &str) -> Result<f64, String> {
@@ -149,22 +153,25 @@ impl Options {
         if let Some(path) = &self.vertex_map {
             let ids = vertex_map::read(path).or_bad_input()?;
             let pair = Pair::by_vertex_map(source, target, &ids)
-                .with_context(|| path.display().to_string())
+                .map_err(|error| Failure::option(error.to_string()).context(path.display()))
                 .or_bad_input()?;
+            let (pair, other_layouts) = pair.in_one_layout();
             let linked = Linked { linked_by: Method::VertexMap, not_linked_by: Vec::new() };
-            return Ok(LinkedPair { pair, linked });
+            return Ok(LinkedPair { pair, linked, other_layouts });
         }
         if let Some(path) = &self.table {
             let options = self.find_options([&source, &target])?;
             return table::link(path, &source, &target, &options.surface);
         }
         let options = self.find_options([&source, &target])?;
-        let found = correspond::find(source, target, &options).or_bad_input()?;
+        let found = correspond::find(source, target, &options)
+            .map_err(|error| Failure::option(error.to_string()))
+            .or_bad_input()?;
         let linked = Linked {
             linked_by: Method::Found(found.method),
             not_linked_by: found.refused.iter().map(ToString::to_string).collect(),
         };
-        Ok(LinkedPair { pair: found.pair, linked })
+        Ok(LinkedPair { pair: found.pair, linked, other_layouts: found.other_layouts })
     }
 
     fn find_options(&self, meshes: [&Mesh; 2]) -> anyhow::Result<FindOptions> {

@@ -10,18 +10,20 @@ use std::process::ExitCode;
 use std::sync::Arc;
 
 use anyhow::Context;
-use uvgraft::Choice;
+use uvgraft::report::owned_share;
+use uvgraft::{Choice, Direction, PairReport, Side};
 use uvgraft_io::image::Format;
 use uvgraft_io::pair_file;
 use uvgraft_pipeline::Outputs;
 
 use crate::choice::choice;
-use crate::failure::{bad_input, warn};
+use crate::failure::{Notes, bad_input, warn};
 use crate::{recognition, report};
-use outside::{Outside, warn_of_outside};
+use outside::warn_of_outside;
 use uvgraft_assembly::drawing::check_name;
 use uvgraft_assembly::mesh_file::{self, MeshFile};
 use uvgraft_assembly::pair_picture;
+use uvgraft_assembly::pairing::{self, Outside, UvReading};
 
 /// Link the triangles of two meshes and save the links as a pair file
 ///
@@ -44,8 +46,16 @@ pub(crate) struct Args {
     #[command(flatten)]
     correspondence: correspondence::Options,
     /// What becomes of triangles with UV coordinates outside the unit square
-    #[arg(long, value_name = "HOW", default_value = Outside::Unlinked.name(), value_parser = choice::<Outside>())]
+    #[arg(long, value_name = "HOW", default_value = Outside::default().name(), value_parser = choice::<Outside>())]
     outside: Outside,
+    /// Count V from the other side in the source, the target or both (source,target)
+    ///
+    /// For meshes exported with V upside down: faces come out standing on their heads.
+    #[arg(long, value_name = "SIDE", value_delimiter = ',', value_parser = choice::<Side>())]
+    flip_v: Vec<Side>,
+    /// Count U from the other side in the source, the target or both (source,target)
+    #[arg(long, value_name = "SIDE", value_delimiter = ',', value_parser = choice::<Side>())]
+    flip_u: Vec<Side>,
     /// Pair file to write
     #[arg(short, long, value_name = "OUT.uvpair")]
     output: PathBuf,
@@ -82,28 +92,68 @@ pub(crate) fn run(args: &Args) -> anyhow::Result<ExitCode> {
         check_name(preview, "a preview")?;
         outputs.check(preview)?;
     }
-    let source = mesh_file::read(&args.source)?;
-    let target = mesh_file::read(&args.target)?;
+    let reading = UvReading {
+        flip_u: args.flip_u.clone(),
+        flip_v: args.flip_v.clone(),
+        outside: args.outside,
+    };
+    let source = reading.apply(mesh_file::read(&args.source)?, Side::Source, &Notes);
+    let target = reading.apply(mesh_file::read(&args.target)?, Side::Target, &Notes);
     let (source_name, target_name) = (source.name, target.name);
     let note = args.note.clone().unwrap_or_else(|| {
         format!("made from {source_name} and {target_name}, whose licences hold for this file too")
     });
-    let source = args.outside.apply(source.mesh, &source_name);
-    let target = args.outside.apply(target.mesh, &target_name);
-    let linked = args.correspondence.link(source, target)?;
+    let linked = args.correspondence.link(source.mesh, target.mesh)?;
     args.correspondence.save_registered(&linked.pair, &linked.linked)?;
     let pair = Arc::new(linked.pair);
     let file = pair_file::PairFile { pair, source_name, target_name, note };
+    let report = report::of_pair(&file, &args.sizes);
+    check_reach(&file, &report)?;
     pair_file::write(&file, &args.output)
         .with_context(|| format!("cannot write {}", args.output.display()))?;
     warn_of_outside(&file);
     let names = [&*file.source_name, &*file.target_name];
+    pairing::remark(&file.pair, &linked.other_layouts, names, &Notes);
     recognition::layout_warnings([file.pair.source(), file.pair.target()], names)
         .into_iter()
         .for_each(warn);
-    report::print_linked(&file, &linked.linked, &args.sizes, args.json)?;
+    report::print_linked(&file, &linked.linked, &report, args.json)?;
     if let Some(path) = &args.preview {
         pair_picture::of_pair(&file, linked.linked.registered())?.write(path)?;
     }
     Ok(ExitCode::SUCCESS)
+}
+
+/// Least share of the texels below linked triangles that these should own. SMPL-X's head has 100 %, since
+/// its eyeballs, which overlap, are both linked.
+const FEW_OWNED: f64 = 0.75;
+
+/// Refuses a pair that no texture would be carried by, and warns of one that carries little.
+fn check_reach(file: &pair_file::PairFile, report: &PairReport) -> anyhow::Result<()> {
+    let sides = [
+        (&report.source, &file.source_name, Direction::Reverse),
+        (&report.target, &file.target_name, Direction::Forward),
+    ];
+    for (side, name, direction) in sides {
+        if side.texels.linked == 0 {
+            let why = side.texels.why_nothing_is_linked();
+            return Err(bad_input(format!(
+                "{name}: {} triangles are linked, but none owns a texel of a {} texture: {why}",
+                report::grouped(side.linked),
+                side.size
+            )));
+        }
+        // Counted only where islands overlap, which is rare.
+        let is_covered = side.linked < side.faces && side.texels.overlapping > 0;
+        let owned = if is_covered { owned_share(&file.pair, direction) } else { 1.0 };
+        if owned < FEW_OWNED {
+            warn(format!(
+                "{name}: linked triangles own only {:.0} % of the texels below them; the others belong \
+                 to triangles that are not linked and lie above them. If these have a texture of their \
+                 own, select the part that is meant ({name}#NAME)",
+                100.0 * owned
+            ));
+        }
+    }
+    Ok(())
 }

@@ -1,47 +1,10 @@
-//! What becomes of triangles whose UV coordinates lie outside the unit square.
+//! Warns of triangles whose UV coordinates lie outside the unit square.
 
-use uvgraft::{Mesh, Tile, choices};
+use uvgraft::Tile;
 use uvgraft_io::pair_file::PairFile;
 
-use crate::failure::{note, warn};
+use crate::failure::warn;
 use crate::report::grouped;
-
-/// What becomes of triangles outside the unit square.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) enum Outside {
-    Unlinked,
-    Clamp,
-    Repeat,
-}
-
-choices!(Outside {
-    Unlinked => "unlinked",
-        "Link them in their UDIM tiles alone, never to a texture of the unit square";
-    Clamp => "clamp", "Clamp their UV coordinates to the unit square";
-    Repeat => "repeat",
-        "Move whole polygons into the unit square; leave those that cross its border unlinked";
-});
-
-impl Outside {
-    /// Applies it to a mesh, and says to how many triangles.
-    pub(super) fn apply(self, mesh: Mesh, name: &str) -> Mesh {
-        let outside =
-            |mesh: &Mesh| (0..mesh.faces().len()).filter(|&face| mesh.is_outside(face)).count();
-        let before = outside(&mesh);
-        if self == Self::Unlinked || before == 0 {
-            return mesh;
-        }
-        let (mesh, what) = match self {
-            Self::Unlinked => return mesh,
-            Self::Clamp => (mesh.clamped(), "clamped to"),
-            Self::Repeat => (mesh.repeated(), "moved into"),
-        };
-        let changed = before - outside(&mesh);
-        let triangles = if changed == 1 { "triangle" } else { "triangles" };
-        note(format!("{name}: {} {triangles} {what} the unit square", grouped(changed)));
-        mesh
-    }
-}
 
 /// Warns of triangles that a texture of the unit square does not reach.
 pub(super) fn warn_of_outside(file: &PairFile) {
@@ -74,6 +37,9 @@ pub(super) fn warn_of_outside(file: &PairFile) {
                 "; {} cross borders of tiles or lie where there are none, and will not be linked",
                 grouped(count - in_tiles)
             );
+        }
+        if 2 * count > mesh.faces().len() {
+            text += "; `outside` repeat moves them into the unit square";
         }
         warn(text);
     }

@@ -32,7 +32,8 @@ pub(super) fn link(
                 best_covered = report.covered;
                 let linked_by = Method::Table(LinkedTable { report, unusable });
                 let linked = Linked { linked_by, not_linked_by: Vec::new() };
-                best = Some(LinkedPair { pair, linked });
+                let (pair, other_layouts) = pair.in_one_layout();
+                best = Some(LinkedPair { pair, linked, other_layouts });
             }
             Ok(_) => {}
             Err(error) => refused = refused.or(Some(error)),

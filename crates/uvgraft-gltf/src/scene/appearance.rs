@@ -44,6 +44,12 @@ impl UvSource {
         Ok(Self { set, transform: None })
     }
 
+    /// Where the base colour of a material finds its coordinates; the first set without a texture.
+    pub fn of_base_color(material: &document::Material, place: &str) -> Result<Self, SceneError> {
+        let info = base_color_texture(material);
+        info.map_or_else(|| Ok(Self::default()), |info| Self::of(info, place))
+    }
+
     /// Equal for equal transforms.
     pub fn transform_bits(&self) -> Option<[u32; 5]> {
         let transform = self.transform?;
@@ -75,6 +81,14 @@ impl UvSource {
             let (u, v) = (uv[0] * sx, uv[1] * sy);
             *uv = [cos * u + sin * v + dx, cos * v - sin * u + dy];
         }
+    }
+}
+
+/// The texture of a material's base colour, in the older workflow of materials the diffuse one.
+pub(super) fn base_color_texture(material: &document::Material) -> Option<&TextureInfo> {
+    match &material.extensions.specular_glossiness {
+        Some(older) => older.diffuse_texture.as_ref(),
+        None => material.pbr_metallic_roughness.base_color_texture.as_ref(),
     }
 }
 
@@ -112,10 +126,7 @@ fn read(
 ) -> Result<Material, SceneError> {
     let (pbr, extensions) = (&material.pbr_metallic_roughness, &material.extensions);
     let older = extensions.specular_glossiness.as_ref();
-    let (color, texture) = match older {
-        Some(older) => (older.diffuse_factor, &older.diffuse_texture),
-        None => (pbr.base_color_factor, &pbr.base_color_texture),
-    };
+    let color = older.map_or(pbr.base_color_factor, |older| older.diffuse_factor);
     let color = color.unwrap_or([1.0; 4]);
     let strength = extensions.emissive_strength.as_ref().and_then(|info| info.emissive_strength);
     let strength = strength.unwrap_or(1.0);
@@ -123,7 +134,7 @@ fn read(
     let cutoff = material.alpha_cutoff.unwrap_or(0.5);
     textures.finite(&[&color[..], &emissive, &[cutoff]].concat())?;
     // The base colour texture is read first, so its UV source has index 0.
-    let texture = textures.used(texture.as_ref())?;
+    let texture = textures.used(base_color_texture(material))?;
     Ok(Material {
         name: material.name.clone().unwrap_or_default(),
         color,

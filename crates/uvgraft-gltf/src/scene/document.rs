@@ -344,6 +344,7 @@ pub(super) struct Source {
 #[derive(Debug, Deserialize)]
 #[serde(rename_all = "camelCase")]
 pub(super) struct Image {
+    pub name: Option<String>,
     pub uri: Option<String>,
     pub buffer_view: Option<u32>,
 }

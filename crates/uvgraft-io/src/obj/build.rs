@@ -238,6 +238,7 @@ impl Parts {
             object: self.object.clone(),
             group: self.group.clone(),
             material: self.material.clone(),
+            image: None,
             polygons: polygon..polygon.saturating_add(1),
         });
         Ok(())

@@ -30,7 +30,8 @@ fn small() -> Mesh {
 }
 
 fn part(object: &str, group: &str, material: &str, polygons: std::ops::Range<u32>) -> MeshPart {
-    MeshPart { object: object.into(), group: group.into(), material: material.into(), polygons }
+    let [object, group, material] = [object, group, material].map(str::to_owned);
+    MeshPart { object, group, material, image: None, polygons }
 }
 
 /// The error of a file whose line 9 is `line`, after four vertices and four texture coordinates.

@@ -238,16 +238,13 @@ impl Faces {
             last = Some(texture);
             let name = usize::try_from(texture).ok().and_then(|texture| names.get(texture));
             let material = name.cloned().unwrap_or_else(|| format!("texture {texture}"));
-            bytes += size_of::<MeshPart>() + material.len();
+            bytes += size_of::<MeshPart>() + 2 * material.len();
             if bytes > MAX_PART_BYTES {
                 return Err(PlyError::TextureChanges { max: MAX_PART_BYTES });
             }
-            parts.push(MeshPart {
-                object: String::new(),
-                group: String::new(),
-                material,
-                polygons: end - 1..end,
-            });
+            let image = Some(material.clone());
+            let polygons = end - 1..end;
+            parts.push(MeshPart { material, image, polygons, ..MeshPart::default() });
         }
         Ok(if names.is_empty() && parts.len() < 2 { Vec::new() } else { parts })
     }

@@ -4,8 +4,12 @@ use super::faces::{self, FacesError, SameFaces};
 use super::surface::{self, SurfaceError, SurfaceOptions, SurfaceReport};
 use super::topology::{self, TopologyError, TopologyReport};
 use crate::mesh::Mesh;
-use crate::pair::Pair;
+use crate::pair::{OtherLayouts, Pair};
 use crate::piece::Piece;
+
+/// Why links that were found are none.
+pub(super) const OUTSIDE: &str = "all matching faces have UV coordinates outside the unit square; \
+    `outside` repeat moves them into it";
 
 /// Which methods to try.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
@@ -76,7 +80,7 @@ pub enum Refusal {
     #[error("surfaces: {0}")]
     Surface(#[from] SurfaceError),
     /// Triangles correspond, but none of them lies in the unit square of its texture.
-    #[error("all matching faces have UV coordinates outside the unit square")]
+    #[error("{OUTSIDE}")]
     Outside,
 }
 
@@ -90,6 +94,8 @@ pub struct Correspondence {
     pub method: Method,
     /// The methods before it, and why they did not.
     pub refused: Vec<Refusal>,
+    /// Parts that the pair does not have, since they have textures of their own.
+    pub other_layouts: Vec<OtherLayouts>,
 }
 
 /// No method links the meshes.
@@ -115,7 +121,8 @@ impl std::fmt::Display for Refused<'_> {
 /// then surfaces.
 ///
 /// Polygons may be retriangulated where the two meshes chose different diagonals. Triangles outside
-/// the unit square of their layout are not linked.
+/// the unit square of their layout are not linked. Parts with other textures than the linked ones are
+/// left out: see [`Pair::in_one_layout`].
 ///
 /// # Errors
 /// [`FindError`] with each method's reason.
@@ -132,14 +139,29 @@ pub fn find(
         match attempt(&mut source, &mut target, by, &options.surface) {
             Err(refusal) => refused.push(refusal),
             Ok((pieces, method)) => {
-                return match Pair::of_found(source, target, pieces) {
-                    Some(pair) => Ok(Correspondence { pair, method, refused }),
-                    None => Err(FindError(vec![Refusal::Outside])),
-                };
+                let pair = Pair::of_found(source, target, pieces)
+                    .ok_or_else(|| FindError(vec![Refusal::Outside]))?;
+                let (pair, other_layouts) = pair.in_one_layout();
+                let found = Correspondence { pair, method, refused, other_layouts };
+                let is_registered = by == By::Surface && !found.other_layouts.is_empty();
+                return Ok(if is_registered { again(found, &options.surface) } else { found });
             }
         }
     }
     Err(FindError(refused))
+}
+
+/// Registers surfaces once more, without the parts that were left out: hair and clothes draw a
+/// registration to them.
+fn again(found: Correspondence, options: &SurfaceOptions) -> Correspondence {
+    let [mut source, mut target] = [found.pair.source(), found.pair.target()].map(Mesh::clone);
+    let registered = attempt(&mut source, &mut target, By::Surface, options).ok();
+    let registered = registered
+        .and_then(|(pieces, method)| Some((Pair::of_found(source, target, pieces)?, method)));
+    match registered {
+        Some((pair, method)) => Correspondence { pair, method, ..found },
+        None => found,
+    }
 }
 
 fn attempt(

@@ -4,6 +4,7 @@
 //! may differ between the meshes. Where the other mesh triangulates a polygon along other
 //! diagonals, the polygon's fan is rotated to the apex that gives the most matching triangles.
 
+use super::find::OUTSIDE;
 use crate::mesh::Mesh;
 use crate::pair::Pair;
 use crate::piece::Piece;
@@ -48,7 +49,7 @@ pub enum LinkError {
         source_faces: usize,
     },
     /// Triangles match, but none of them lies in the unit square of its texture.
-    #[error("all matching faces have UV coordinates outside the unit square")]
+    #[error("{OUTSIDE}")]
     Outside,
 }
 

@@ -137,6 +137,18 @@ pub struct MapStats {
     pub overlapping: usize,
 }
 
+impl MapStats {
+    /// Why no texel is linked, where none is.
+    pub fn why_nothing_is_linked(&self) -> &'static str {
+        if self.covered == 0 {
+            "no triangle is as large as a texel, or none has a UV area"
+        } else {
+            "they have no UV area, or lie below triangles that are not linked; if the mesh has parts \
+             with textures of their own, select one (FILE#NAME)"
+        }
+    }
+}
+
 impl Affine {
     /// The affine map from three target points to three source points; `None` if the target
     /// points are collinear.

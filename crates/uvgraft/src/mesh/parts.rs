@@ -44,9 +44,8 @@ mod tests {
             [0, 1, 2, 1, 2, 3, 0, 0, 2, 3].map(|index| Corner { vertex: index, uv: index });
         let part = |object: &str, polygons| MeshPart {
             object: object.to_owned(),
-            group: String::new(),
-            material: String::new(),
             polygons,
+            ..MeshPart::default()
         };
         let mesh = Mesh::from_polygons(positions, uv, &corners, &[3, 4, 3]).unwrap();
         let mesh = mesh.with_parts(vec![part("a", 0..1), part("b", 1..2), part("a", 2..9)]);

@@ -237,9 +237,8 @@ mod tests {
         let uv = vec![[0.0, 0.0], [1.0, 0.0], [0.0, 1.0], [1.0, 1.0]];
         let part = |name: &str, polygons| MeshPart {
             object: name.to_owned(),
-            group: String::new(),
-            material: String::new(),
             polygons,
+            ..MeshPart::default()
         };
         let mesh = Mesh::from_polygons(vec![[0.0; 3]; 4], uv, &corners, &[4, 3])
             .unwrap()

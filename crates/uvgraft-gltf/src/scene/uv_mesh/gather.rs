@@ -17,6 +17,7 @@ use super::super::skinning::deformed;
 use super::super::{Hierarchy, MAX_TRIANGLES, MAX_VERTICES, SkinBinding, check_influences};
 use super::SceneMeshError;
 use super::choice::{Shown, material_name, mesh_name};
+use super::image_names::ImageNames;
 
 /// Limit of the names of all parts, in bytes.
 const MAX_NAME_BYTES: u64 = 1 << 26;
@@ -33,7 +34,8 @@ pub(super) struct Gatherer<'a> {
     document: &'a Document,
     hierarchy: &'a Hierarchy,
     skins: &'a [SkinBinding],
-    uv_set: u32,
+    uv_set: Option<u32>,
+    image_names: ImageNames,
     world: Vec<Affine3A>,
     /// Transforms of the joints of the skins used so far.
     joints: HashMap<usize, Vec<Affine3A>>,
@@ -55,7 +57,8 @@ impl<'a> Gatherer<'a> {
         document: &'a Document,
         hierarchy: &'a Hierarchy,
         skins: &'a [SkinBinding],
-        uv_set: u32,
+        uv_set: Option<u32>,
+        image_names: ImageNames,
     ) -> Self {
         let rest = |node: usize| hierarchy.nodes[node].rest;
         Self {
@@ -63,6 +66,7 @@ impl<'a> Gatherer<'a> {
             hierarchy,
             skins,
             uv_set,
+            image_names,
             world: world(&hierarchy.nodes, &hierarchy.order, rest),
             joints: HashMap::new(),
             first_alike: HashMap::new(),
@@ -142,7 +146,14 @@ impl<'a> Gatherer<'a> {
         count: usize,
         accessors: &mut Accessors<'_>,
     ) -> Result<u32, SceneMeshError> {
-        let (set, attributes) = (self.uv_set, &shown.primitive.attributes);
+        let material = shown.primitive.material.map(|index| index as usize);
+        let material = material.and_then(|index| self.document.materials.get(index));
+        let set = match (self.uv_set, material) {
+            (Some(set), _) => set,
+            (None, Some(material)) => UvSource::of_base_color(material, &shown.place())?.set,
+            (None, None) => 0,
+        };
+        let attributes = &shown.primitive.attributes;
         let Some(&accessor) = attributes.get(&format!("TEXCOORD_{set}")) else {
             // Sets are numbered without gaps, and few viewers know more than two.
             let sets = attributes.keys().filter(|name| name.starts_with("TEXCOORD_")).take(8);
@@ -150,8 +161,7 @@ impl<'a> Gatherer<'a> {
             let place = self.named(shown);
             return Err(SceneMeshError::NoUvSet { place, set, sets });
         };
-        let material = shown.primitive.material.map(|index| index as usize);
-        let source = match material.and_then(|index| self.document.materials.get(index)) {
+        let source = match material {
             Some(material) => UvSource::of_set(material, set, &shown.place())?,
             None => UvSource::default(),
         };
@@ -180,8 +190,10 @@ impl<'a> Gatherer<'a> {
         let object = self.hierarchy.nodes[shown.node].name.as_str();
         let group = mesh_name(self.document, shown);
         let material = material_name(self.document, shown);
+        let image = self.image_names.of(shown.primitive);
         if let Some(last) = self.parts.last_mut()
             && (&*last.object, &*last.group, &*last.material) == (object, group, material)
+            && last.image.as_deref() == Some(image)
         {
             last.polygons.end = end;
             return Ok(());
@@ -189,12 +201,14 @@ impl<'a> Gatherer<'a> {
         if start == end {
             return Ok(());
         }
-        self.name_bytes += (object.len() + group.len() + material.len()) as u64;
+        self.name_bytes +=
+            [object, group, material, image].map(str::len).iter().sum::<usize>() as u64;
         too_many("bytes of names", self.name_bytes, MAX_NAME_BYTES)?;
         self.parts.push(MeshPart {
             object: object.to_owned(),
             group: group.to_owned(),
             material: material.to_owned(),
+            image: Some(image.to_owned()),
             polygons: start..end,
         });
         Ok(())

@@ -4,6 +4,7 @@
 
 mod choice;
 mod gather;
+mod image_names;
 #[cfg(test)]
 mod tests;
 
@@ -13,19 +14,22 @@ use uvgraft::mesh::{Mesh, MeshError};
 use uvgraft_io::input::{Input, ReadError};
 
 use self::gather::Gatherer;
+use self::image_names::ImageNames;
 use super::accessor::Accessors;
 use super::asset::{Asset, MAX_BYTES, folder_of};
 use super::error::{SceneError, known};
 use super::{Hierarchy, geometry, skins, unpack};
 
-/// A part of a file, and one of its UV sets. The default is the whole scene with `TEXCOORD_0`.
+/// A part of a file, and one of its UV sets. The default is the whole scene, with the UV set of each
+/// material's base colour.
 #[derive(Debug, Clone, PartialEq, Eq, Default)]
 pub struct MeshChoice {
     /// Name of nodes; if no nodes with triangles have it, of meshes; and otherwise of materials.
     /// A node without a mesh stands for all nodes below it.
     pub name: Option<String>,
-    /// `n` of `TEXCOORD_n`.
-    pub uv_set: u32,
+    /// `n` of `TEXCOORD_n`; `None` for the set that the base colour of each material uses, 0 where
+    /// it has no texture.
+    pub uv_set: Option<u32>,
 }
 
 /// Why a file was refused as a mesh.
@@ -76,8 +80,8 @@ fn sets_of(sets: &[String]) -> String {
 ///   and triangles of these. Primitives of a node that share their positions share vertices, and
 ///   likewise UV coordinates. Strips and fans become triangles; points and lines are skipped.
 /// - Triangles of mirrored nodes are reversed, so that their fronts stay in front.
-/// - [`Mesh::parts`] has the name of the node as object, that of the mesh as group, and that of the
-///   material.
+/// - [`Mesh::parts`] has the name of the node as object, that of the mesh as group, that of the
+///   material, and that of the image of its base colour. Images with the same bytes are one.
 ///
 /// # Errors
 /// [`SceneMeshError`] for anything truncated, damaged, dangling or too large, for unknown names,
@@ -111,7 +115,8 @@ fn read_in(
     let hierarchy = Hierarchy::new(document, &geometry::outlines(document)?)?;
     let chosen = choice::chosen(document, &hierarchy, choice.name.as_deref())?;
     let skins = skins(document, &mut accessors)?;
-    let mut gatherer = Gatherer::new(document, &hierarchy, &skins, choice.uv_set);
+    let image_names = ImageNames::new(document, &accessors);
+    let mut gatherer = Gatherer::new(document, &hierarchy, &skins, choice.uv_set, image_names);
     for primitive in &chosen {
         gatherer.add(primitive, &mut accessors)?;
     }

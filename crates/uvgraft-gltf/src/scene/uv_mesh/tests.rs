@@ -14,11 +14,11 @@ fn whole(strip: &Strip) -> Mesh {
 }
 
 fn named(name: &str) -> MeshChoice {
-    MeshChoice { name: Some(name.to_owned()), uv_set: 0 }
+    MeshChoice { name: Some(name.to_owned()), uv_set: None }
 }
 
 fn set(uv_set: u32) -> MeshChoice {
-    MeshChoice { uv_set, name: None }
+    MeshChoice { uv_set: Some(uv_set), name: None }
 }
 
 fn floats(values: &[f32]) -> Vec<u8> {

@@ -6,6 +6,7 @@
 use glam::{DVec3, Vec3};
 
 use super::{SurfacePoint, VertexTable};
+use crate::correspond::find::OUTSIDE;
 use crate::correspond::surface::{SurfaceOptions, placed, share_of_area};
 use crate::correspond::vertex_map::link_faces;
 use crate::mesh::Mesh;
@@ -72,7 +73,7 @@ pub enum TableLinkError {
     )]
     Nothing,
     /// Faces correspond, but none of them lies in the unit square of its texture.
-    #[error("all matching faces have UV coordinates outside the unit square")]
+    #[error("{OUTSIDE}")]
     Outside,
 }
 
