@@ -6,12 +6,14 @@ use numpy::{PyUntypedArray, PyUntypedArrayMethods};
 use pyo3::intern;
 use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyTuple};
+use uvgraft::layout_match::LayoutProbe;
 use uvgraft::{
     Averaging, Blend, BlendDomain, BlendOptions, Choice, Content, Direction, Encoding, Filter,
     FitOptions, FitProgress, FitSummary, Graft as CoreGraft, Labels, MapOptions, NormalY, Overlap,
     Overlay, Pair as CorePair, Prefer, Size, Sizes, TexelFormat, Texture, Tone, ToneCorrection,
 };
-use uvgraft_pipeline::{BlendMode, ToneSide};
+use uvgraft_io::pair_file::PairFile;
+use uvgraft_pipeline::{BlendMode, CheckedPair, LayoutChecks, ToneSide};
 
 use crate::arguments::{self, chosen, direction};
 use crate::arrays::{GivenTexture, OutArray, array, copy, depth_of, shape, texture};
@@ -95,6 +97,7 @@ pub(crate) struct Graft {
     threads: Option<usize>,
     /// The most recently used last. Locked with the interpreter's lock held, and only for a moment.
     kept: Mutex<Vec<Arc<CoreGraft>>>,
+    layout_checks: LayoutChecks,
     pair: Py<Pair>,
     /// As they were given, to be pickled.
     options: Py<PyDict>,
@@ -173,7 +176,7 @@ impl Graft {
     /// -----
     /// UserWarning
     ///     If no tone can be matched, or a tone is implausible; for NaN and infinite values, which are
-    ///     left out.
+    ///     left out; if `texture` or `base` was plainly made for another layout.
     ///
     /// Raises
     /// ------
@@ -538,6 +541,10 @@ impl Graft {
         let format = base.format(texture.format());
         let (result, warnings) = threads::run(py, threads, || -> PyResult<_> {
             let (texture, mut warnings) = self.finite(texture);
+            warnings.extend(self.misfit_of_source(&texture));
+            if let Base::Texture(given) = &base {
+                warnings.extend(self.misfit_of_base(&given.texture));
+            }
             let toning = self.toning(&graft, &texture, &base, format, &mut warnings)?;
             let mut overlay = make(&graft, texture, format)?;
             if let Some(toning) = &toning {
@@ -598,7 +605,7 @@ impl Graft {
     ) -> PyResult<Bound<'py, PyAny>> {
         let array = base.cast::<PyUntypedArray>()?;
         let (to, _) = shape(array, "base")?;
-        let (texture, warnings) = self.finite(source.texture);
+        let (texture, mut warnings) = self.finite(source.texture);
         let format = texture.format();
         let graft = self.graft(py, self.sizes(texture.size(), Some(to))?, threads)?;
         if !base.is(out) {
@@ -609,6 +616,7 @@ impl Graft {
         let mut target = OutArray::new(out, to, format)?;
         let texels = target.texels_mut()?;
         threads::run(py, threads, || -> PyResult<()> {
+            warnings.extend(self.misfit_of_source(&texture));
             let overlay = graft.overlay(texture, format).map_err(of_graft)?;
             overlay.lay_in_place(0, format, texels).map_err(bad_value)
         })??;
@@ -624,6 +632,29 @@ impl Graft {
         let (texture, warning) =
             uvgraft_pipeline::without_non_finite(texture, std::path::Path::new("texture"));
         (texture, warning.into_iter().collect())
+    }
+
+    /// A warning of a texture that was not made for the layout that is read.
+    fn misfit_of_source(&self, texture: &Texture) -> Option<String> {
+        let rows = texture.size().height;
+        self.layout_checks.source(self.checked_pair()?, texture, rows, "texture")
+    }
+
+    /// A warning of a base that was not made for the layout that is filled.
+    fn misfit_of_base(&self, base: &Texture) -> Option<String> {
+        let checked = self.checked_pair()?;
+        let [from, to] = self.layout_checks.points(checked);
+        let mut probe = LayoutProbe::new([to, from], base.size());
+        probe.look(0, base);
+        LayoutChecks::base(checked, &probe, "base")
+    }
+
+    /// `None` for what is not a colour.
+    fn checked_pair(&self) -> Option<CheckedPair<'_>> {
+        let PairFile { pair, source_name, target_name, .. } = &self.pair.get().file;
+        let names = [&**source_name, &**target_name];
+        let direction = self.settings.direction;
+        (self.settings.content == Content::Color).then_some(CheckedPair { pair, names, direction })
     }
 
     /// A texture with the encoding that the content says.
@@ -760,7 +791,15 @@ impl<'py> Options<'py> {
         settings.blend = self.blend(py, &settings, gutter, threads)?;
         let size = self.get("size")?.map(|size| arguments::size("size", &size)).transpose()?;
         let pair = pair.clone().unbind();
-        Ok(Graft { settings, size, threads, kept: Mutex::default(), pair, options })
+        Ok(Graft {
+            settings,
+            size,
+            threads,
+            kept: Mutex::default(),
+            layout_checks: LayoutChecks::default(),
+            pair,
+            options,
+        })
     }
 
     /// The blend, if a region or an option asks for one.

@@ -15,6 +15,7 @@ mod documents;
 mod dots;
 mod exports;
 mod hostile_names;
+mod implausible;
 mod layouts;
 mod man;
 mod map;

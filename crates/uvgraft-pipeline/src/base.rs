@@ -142,6 +142,19 @@ impl Base {
         }
     }
 
+    /// The decoded image, if it is one that is kept.
+    pub(crate) fn image(&self) -> Option<&Texture> {
+        match &self.content {
+            Content::Image { texture, .. } => Some(texture),
+            Content::File { .. } | Content::Color(_) => None,
+        }
+    }
+
+    /// What messages call an image.
+    pub(crate) fn name(&self) -> Option<&str> {
+        self.known().map(|known| &*known.name)
+    }
+
     fn known(&self) -> Option<&ImageInfo> {
         match &self.content {
             Content::File { known, .. } | Content::Image { known, .. } => Some(known),

@@ -139,6 +139,7 @@ impl Shared {
         let source = call.source.open()?;
         let formats = self.formats(call, &source, log)?;
         let bands = self.base.bands(formats.base)?;
+        let mut base_probe = None;
         let (encoded, ready) = thread::scope(|scope| {
             let row_bytes = self.base.row_bytes(formats.base);
             let band = stream::rows_in_band(row_bytes);
@@ -149,12 +150,13 @@ impl Shared {
             };
             let (graft, texture) = self.read(source, call.alone)?;
             let ready = self.ready(call, &formats, &graft, texture, log)?;
+            base_probe = self.base_probe();
             let spec = TextureSpec::new(self.base.size(), ready.overlay.format());
             let sink = call.target.create(spec, formats.icc.as_deref(), &self.options.write);
             let encoded = match (sink, rows) {
                 (Err(error), _) => Err(error),
                 (Ok(sink), Rows::Ahead(ahead)) => {
-                    ahead.run(scope, &ready.overlay, sink, call.observer)?
+                    ahead.run(scope, &ready.overlay, &mut base_probe, sink, call.observer)?
                 }
                 (Ok(sink), Rows::Here(bands)) => match (&self.unchanged, sink.segments()) {
                     (Some(unchanged), Some(segments)) => {
@@ -163,11 +165,15 @@ impl Shared {
                         let segmented = Segmented { base, format, overlay, unchanged, segments };
                         segmented.run(sink, call.alone, call.observer)?
                     }
-                    _ => stream::run(bands, band, &ready.overlay, sink, call.observer)?,
+                    _ => {
+                        let overlay = &ready.overlay;
+                        stream::run(bands, band, overlay, &mut base_probe, sink, call.observer)?
+                    }
                 },
             };
             Ok((encoded, ready))
         })?;
+        log.warnings.extend(self.misfit_of_base(base_probe));
         let Encoded { written, bytes, image } = encoded.map_err(write_failure)?;
         log.warnings.extend(losses(&written, call.target.name()));
         let Ready { fit, boundary_delta_e, .. } = ready;
@@ -266,6 +272,8 @@ impl Shared {
         let (texture, unknown) = without_non_finite(texture, name);
         let lacks_texels = unknown.is_some();
         log.warnings.extend(unknown);
+        let rows = self.source_rows_end(graft);
+        log.warnings.extend(self.misfit_of_source(&texture, rows, &name.display().to_string()));
         let texture = self.known.complete(texture, values, name)?;
         let toning = self.toning(graft, &texture, formats.base, name, log)?;
         let (mut overlay, fit) = self.overlay(call, graft, texture, formats.base)?;

@@ -34,6 +34,14 @@ impl Link {
         }
     }
 
+    /// The pair, with the names of its source and its target.
+    pub(crate) fn named_pair(&self) -> Option<(&Pair, [&str; 2])> {
+        match self {
+            Self::Pair(file) => Some((&file.pair, [&file.source_name, &file.target_name])),
+            Self::Map(_) => None,
+        }
+    }
+
     pub(crate) fn into_pair_file(self) -> Option<PairFile> {
         match self {
             Self::Pair(file) => Some(file),

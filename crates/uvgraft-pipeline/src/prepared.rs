@@ -15,6 +15,7 @@ use crate::carry::{Call, Done, Outcome};
 use crate::failure::{Blame, Failure, Result};
 use crate::fingerprint::Fingerprint;
 use crate::isolated::Isolated;
+use crate::layout_checks::LayoutChecks;
 use crate::link::Link;
 use crate::material::Values;
 use crate::observer::Observer;
@@ -102,6 +103,7 @@ impl Transfer {
                 blend,
                 known: Arc::new(known),
                 grafts: Grafts::default(),
+                layout_checks: LayoutChecks::default(),
             },
             fingerprint_text: fingerprint.text(),
             fingerprint,

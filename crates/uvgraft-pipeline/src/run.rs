@@ -15,6 +15,7 @@ use crate::blending::{Blending, KnownTexels};
 use crate::carry::{Analysis, losses, write_failure};
 use crate::failure::{Blame, Failure, Result};
 use crate::fingerprint::Seen;
+use crate::layout_checks::LayoutChecks;
 use crate::link::Link;
 use crate::manifest::Manifest;
 use crate::material::Values;
@@ -107,6 +108,7 @@ impl Transfer {
                 blend: done.blend.clone(),
                 known: Arc::clone(&known),
                 grafts: Grafts::default(),
+                layout_checks: LayoutChecks::default(),
             };
             let first = batch.jobs.first().map(|job| &job.source);
             let first = (first, Analysis::new(self.mask.is_some()));

@@ -11,7 +11,8 @@ use uvgraft_io::image::WriteOptions;
 
 use crate::base::Base;
 use crate::blending::KnownTexels;
-use crate::failure::{Blame, Result};
+use crate::failure::{Blame, Failure, Result};
+use crate::layout_checks::LayoutChecks;
 use crate::link::Link;
 use crate::material::Values;
 use crate::transfer::Transfer;
@@ -51,6 +52,7 @@ pub(crate) struct Shared {
     pub(crate) blend: Option<Arc<Blend>>,
     pub(crate) known: Arc<KnownTexels>,
     pub(crate) grafts: Grafts,
+    pub(crate) layout_checks: LayoutChecks,
     /// What results have in common, if there may be several and the base is in memory.
     pub(crate) unchanged: Option<Unchanged>,
 }
@@ -106,7 +108,14 @@ impl Shared {
         if let Some(blend) = &self.blend {
             builder = builder.shared_blend(Arc::clone(blend));
         }
-        builder.build().or_work()
+        let graft = builder.build().or_work()?;
+        let stats = graft.map().stats();
+        if stats.linked == 0 {
+            let why = stats.why_nothing_is_linked();
+            let message = format!("the pair links no texel of a {} result: {why}", sizes.to);
+            return Err(Failure::input(message));
+        }
+        Ok(graft)
     }
 
     /// The coverage mask; the same for every texture size.

@@ -3,6 +3,7 @@
 use std::sync::mpsc::{Receiver, SyncSender, channel, sync_channel};
 use std::thread;
 
+use uvgraft::layout_match::LayoutProbe;
 use uvgraft::{Overlay, Texture};
 use uvgraft_io::image::WriteError;
 
@@ -25,7 +26,16 @@ pub(crate) fn rows_in_band(row_bytes: usize) -> u32 {
     (BAND / row_bytes).max(1).next_multiple_of(16) as u32
 }
 
+/// Shows a band of the base to a probe, unless it has seen all of it.
+fn look(probe: &mut Option<LayoutProbe<'_>>, first_row: u32, band: &Texture) {
+    if let Some(probe) = probe {
+        probe.look(first_row, band);
+    }
+}
+
 /// Decodes, composites and encodes band after band.
+///
+/// - `probe`: looks at the base.
 ///
 /// # Errors
 /// Those of reading, compositing or writing.
@@ -33,6 +43,7 @@ pub(crate) fn run(
     mut bands: Bands<'_>,
     rows: u32,
     overlay: &Overlay,
+    probe: &mut Option<LayoutProbe<'_>>,
     mut sink: Sink<'_>,
     observer: &dyn Observer,
 ) -> Result<std::result::Result<Encoded, WriteError>> {
@@ -40,6 +51,7 @@ pub(crate) fn run(
     while let Some(band) = bands.next(rows)? {
         observer.check()?;
         let height = band.size().height;
+        look(probe, first, &band);
         let band = overlay.lay(first, band).or_work()?;
         first += height;
         if let Err(error) = sink.push(&band) {
@@ -73,12 +85,15 @@ impl Ahead {
 
     /// Composites on this thread and encodes on another, or here if there is none.
     ///
+    /// - `probe`: looks at the base.
+    ///
     /// # Errors
     /// Those of reading, compositing or writing.
     pub(crate) fn run<'scope>(
         self,
         scope: &'scope thread::Scope<'scope, '_>,
         overlay: &Overlay,
+        probe: &mut Option<LayoutProbe<'_>>,
         sink: Sink<'scope>,
         observer: &dyn Observer,
     ) -> Result<std::result::Result<Encoded, WriteError>> {
@@ -96,6 +111,7 @@ impl Ahead {
             observer.check()?;
             let band = band?;
             let height = band.size().height;
+            look(probe, first, &band);
             let band = overlay.lay(first, band).or_work()?;
             first += height;
             if let Some((sink, used)) = &mut here {

@@ -10,17 +10,19 @@ mod report;
 mod style;
 mod tone;
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 use std::sync::Arc;
 
 use anyhow::Context;
-use uvgraft::{Anatomy, BlendDomain, Direction};
-use uvgraft_io::{image, pair_file};
+use uvgraft::layout_match::{LayoutPoints, LayoutProbe};
+use uvgraft::{Anatomy, BlendDomain, Direction, Texture};
+use uvgraft_io::image;
+use uvgraft_io::pair_file::{self, PairFile};
 use uvgraft_metrics::seams::{Offset, SeamOptions, measure};
 use uvgraft_pipeline::{Input, Length, Outputs, Unit};
 
-use crate::failure::{Notes, OrBadInput};
+use crate::failure::{Notes, OrBadInput, warn};
 use crate::heading;
 use crate::number::whole_number;
 use crate::region::RegionArgs;
@@ -112,6 +114,7 @@ pub(crate) fn run(args: &Args) -> anyhow::Result<ExitCode> {
     let texture = image::read(&args.texture).or_bad_input()?.texture;
     let references = args.tone.read(texture.size())?;
     let direction = if args.reverse { Direction::Reverse } else { Direction::Forward };
+    warn_of_misfit(&file, direction, &texture, &args.texture);
     let domain = BlendDomain::new(Arc::clone(&file.pair), direction);
     let region = args.region.region();
     let unit = region.unit(&domain, args.distance, &Notes);
@@ -142,4 +145,21 @@ pub(crate) fn run(args: &Args) -> anyhow::Result<ExitCode> {
         picture::draw(&subject, mesh, &texture, &seams, face.as_ref())?.write(path)?;
     }
     Ok(ExitCode::SUCCESS)
+}
+
+/// Warns of a texture that was not made for the layout whose seams are measured.
+fn warn_of_misfit(file: &PairFile, direction: Direction, texture: &Texture, path: &Path) {
+    let [this, other] = [direction, direction.opposite()];
+    let layouts = [this, other].map(|direction| LayoutPoints::new(file.pair.to(direction)));
+    let mut probe = LayoutProbe::new([&layouts[0], &layouts[1]], texture.size());
+    probe.look(0, texture);
+    if let Some(misfit) = probe.misfit() {
+        let [mesh, other] = match direction {
+            Direction::Forward => [&file.target_name, &file.source_name],
+            Direction::Reverse => [&file.source_name, &file.target_name],
+        };
+        let text = misfit.text(&path.display().to_string(), mesh, other);
+        let hint = "; is `reverse` missing or too much?";
+        warn(text + if misfit.fits_other { hint } else { "" });
+    }
 }
