@@ -99,7 +99,7 @@ impl Keywords<'_> {
         options.focal = self.parsed("focal", FocalLength::parse)?;
         options.head_texture = self.image("head_texture")?;
         options.relight = self.choice("relight")?.unwrap_or(options.relight);
-        options.frames = self.whole("frames", 1..=64)?.unwrap_or(options.frames);
+        options.frames = self.whole("frames", 1..=64)?;
         Ok(options)
     }
 

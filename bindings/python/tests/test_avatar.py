@@ -87,6 +87,43 @@ def test_outputs(head_to_body, face, tmp_path):
         uvgraft.avatar(head_to_body, tmp_path / "none.png", **options)
 
 
+def recording(path, rate=30.0, **changes):
+    """Save a body that walks upright with Y down, as seen by a camera."""
+    poses = np.zeros((30, 66), np.float32)
+    poses[:, 0] = np.pi
+    places = np.zeros((30, 3), np.float32)
+    places[:, 2] = 4 - 0.04 * np.arange(30)
+    rates = {} if rate is None else {"mocap_framerate": rate}
+    np.savez(path, **{"poses": poses, "trans": places, **rates, **changes})
+    return path
+
+
+def test_implausible_motions(head_to_body, face, tmp_path):
+    options = {"onto": "#c08a70", "size": 64, "body": "demo", "mouth": "none"}
+
+    def make(changes=None, **more):
+        motion = recording(tmp_path / "walk.npz", **(changes or {}))
+        return uvgraft.avatar(head_to_body, face, motion=motion, **options, **more)
+
+    assert ", -Y up" in make().report
+    assert make(up="-y").data == make().data
+    with pytest.warns(UserWarning, match=r"walk\.npz: the body is upside down with Y up; use"):
+        make(up="y")
+    far = np.arange(90, dtype=np.float32).reshape(30, 3) * 4
+    with pytest.warns(UserWarning, match=r"the hips move at \d+ m/s"):
+        make({"trans": far})
+    with pytest.warns(UserWarning, match=r"not used.* expression \[30, 50\]"):
+        make({"expression": np.ones((30, 50))})
+    with pytest.raises(uvgraft.Error, match=r"fps.* to state the frame rate of the recording"):
+        make({"rate": None})
+    made = make({"rate": None}, fps=24)
+    assert any("using 24 frames per second" in note for note in made.notes)
+    with pytest.raises(uvgraft.Error, match=r"must be y, z, -y or -z, got 'down'|must be .*-y"):
+        make(up="down")
+    with pytest.raises(uvgraft.Error, match=r"normal_y.* has no effect without a normal map"):
+        make(normal_y="directx")
+
+
 def test_levels_of_detail(head_to_body, face, tmp_path):
     try:
         avatar = uvgraft.avatar(head_to_body, face, onto="#888888", size=64, body="demo", lods=2)

@@ -205,12 +205,13 @@ def avatar(
     motion : path or sequence of paths
         AMASS recordings (.npz) to add as animations.
     fps : float, optional
-        Frame rate of the animations, 0 for that of the recording. By default 30.
+        Frame rate of the animations, 0 for that of the recording. By default 30. Also the frame
+        rate of recordings that state none.
     ground : {"clip", "feet", "keep"}, optional
         Where animations stand: on the recording's ground, on the avatar's own feet, or as recorded.
         By default clip.
-    up : {"y", "z"}, optional
-        Up axis of the recordings. By default detected.
+    up : {"y", "z", "-y", "-z"}, optional
+        Up axis of the recordings; ``"-y"`` is Y down, as in the axes of a camera. By default detected.
     betas : array_like of float, shape (n,), or path, optional
         Shape coefficients, or a file with an array ``betas``.
     shape : mapping of str to float, optional

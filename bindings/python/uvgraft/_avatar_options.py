@@ -27,7 +27,7 @@ class AvatarOptions(TypedDict, total=False):
     motion: StrPath | Sequence[StrPath]
     fps: float | None
     ground: Literal["clip", "feet", "keep"] | None
-    up: Literal["y", "z"] | None
+    up: Literal["y", "z", "-y", "-z"] | None
     betas: ArrayLike | StrPath | None
     shape: Mapping[str, float] | None
     expressions: StrPath | None

@@ -59,7 +59,7 @@ def selfie(
     focal: float | str | None = None,
     head_texture: Image | None = None,
     relight: Relight = "soft",
-    frames: int = 9,
+    frames: int | None = None,
     sheet: bool = False,
     threads: int | None = None,
 ) -> Selfie:
@@ -85,8 +85,8 @@ def selfie(
         Usual texture of the head, such as a mean texture. By default, for ``"demo"``, its own.
     relight : {"off", "soft", "full"}
         How much of the light in the photographs is removed.
-    frames : int
-        Maximum number of frames used of a folder, 1 to 64.
+    frames : int, optional
+        Maximum number of frames used of a folder, 1 to 64. By default 9.
     sheet : bool
         Also draw a contact sheet.
     threads : int, optional

@@ -387,6 +387,10 @@ fn broken_motions_and_shapes_are_refused() {
     save(&bench, "still.npz", &with(&walk, "poses", None));
     save(&bench, "nan_betas.npz", &with(&walk, "betas", spoilt(&walk, "betas", 1, f32::NAN)));
     save(&bench, "shapeless.npz", &with(&walk, "betas", None));
+    save(&bench, "rateless.npz", &with(&walk, "mocap_framerate", None));
+    save(&bench, "degrees.npz", &with(&walk, "poses", Some(floats(&[3, 156], vec![70.0; 468]))));
+    save(&bench, "matrices.npz", &with(&walk, "poses", Some(floats(&[3, 198], vec![0.0; 594]))));
+    save(&bench, "never.npz", &with(&walk, "mocap_framerate", Some(floats(&[], vec![0.0]))));
     bench.derive("cut.npz", "walk.npz", |bytes| bytes.truncate(bytes.len() / 2));
     let cases: &[(&str, &[&str])] = &[
         ("--motion none.npz", &["none.npz: ", "No such file"]),
@@ -405,6 +409,19 @@ fn broken_motions_and_shapes_are_refused() {
         ("--betas 0,0,0,0,0,0,0,0,0,0,1", &["this FLAME model takes at most 10 betas, got 11"]),
         ("--fps 999", &["--fps", "240"]),
         ("--fps 24", &["--motion"]),
+        ("--motion walk.npz --up down", &["'down'", "y, z, -y, -z"]),
+        (
+            "--motion rateless.npz",
+            &[
+                "rateless.npz: use --fps to state the frame rate",
+                "none of `mocap_framerate`",
+                "`fps`",
+            ],
+        ),
+        ("--motion rateless.npz --fps 0", &["rateless.npz: use --fps to state"]),
+        ("--motion degrees.npz", &["degrees.npz: rotations must be in radians, got 70.0"]),
+        ("--motion matrices.npz", &["matrices.npz: `poses`", "rotation vectors, not matrices"]),
+        ("--motion never.npz", &["never.npz: the frame rate must be more than 0", "got 0"]),
         ("--ground feet", &["--motion"]),
     ];
     for (options, wanted) in cases {
@@ -456,6 +473,30 @@ fn faces_outputs_and_options_are_checked() {
         (format!("{sure} --license mine -o me.vrm"), &["'mine'", "only-author"]),
         (format!("{sure} --license everyone -o me.glb"), &["--license is for", ".vrm"]),
         (format!("{sure} --quality 50 -o me.glb"), &["--quality", "--texture jpeg"]),
+        (format!("{sure} --quality 50 --texture webp -o me.glb"), &["--quality"]),
+        (format!("{sure} --quality 50 --preset quest -o me.glb"), &["--quality"]),
+        (
+            format!("{sure} --normal-y directx -o me.glb"),
+            &["--normal-y directx has no effect without a normal map", "--map normal=FILE"],
+        ),
+        (
+            format!("{sure} --normal-y directx --map roughness=face.png -o me.glb"),
+            &["--normal-y directx has no effect"],
+        ),
+        (
+            format!("{sure} --map ao=face.png --map occlusion=face.png -o me.glb"),
+            &["--map occlusion=face.png: role given twice"],
+        ),
+        (
+            format!("{sure} {WHOSE} --license-url terms.txt -o me.vrm"),
+            &["--license-url must be a URL", "got \"terms.txt\""],
+        ),
+        (format!("{sure} {WHOSE} --license-url CC-BY -o me.vrm"), &["--license-url must be"]),
+        (format!("{sure} {WHOSE} --license-url https:// -o me.vrm"), &["--license-url must be"]),
+        (
+            format!("{sure} {WHOSE} --license-url ftp://example.org -o me.vrm"),
+            &["--license-url must be"],
+        ),
         (
             "avatar head.uvpair face.png --onto #c08a70 --size 2048 --body flame.npz --preset quest -o me.glb"
                 .to_owned(),

@@ -275,6 +275,146 @@ fn people_who_are_not_known_are_told() {
 }
 
 #[test]
+fn implausible_motions_are_told() {
+    let bench = demo();
+    let arrays = walkers::model(BodyKind::SmplH);
+    let model = BodyModel::from_arrays(&arrays).unwrap();
+    save_model(&bench, "model.npz", &arrays);
+    let walk = walk(&model, &Figure::new().body, 1);
+    let run = |change: &dyn Fn(&mut NamedArrays), options: &str| {
+        let mut walk = walk.clone();
+        change(&mut walk);
+        save(&bench, "walk.npz", &walk);
+        let command = format!("{COMMAND} --body model.npz {options} --motion walk.npz -o me.glb");
+        let run = bench.run(&command);
+        assert_eq!(run.code, Some(0), "{}", run.stderr);
+        run
+    };
+    let mapped = |key: &str, change: &dyn Fn(usize, f32) -> f32, walk: &mut NamedArrays| {
+        let array = walk.take(key).unwrap();
+        let values =
+            array.f32s().iter().enumerate().map(|(at, &value)| change(at, value)).collect();
+        walk.insert(key, floats(array.shape(), values));
+    };
+    let quiet = run(&|_| {}, "");
+    assert!(!quiet.stderr.contains("walk.npz"), "{}", quiet.stderr);
+    for (scale, unit) in [(100.0, "centimetres"), (1000.0, "millimetres"), (39.37, "inches")] {
+        let told = run(&|walk| mapped("trans", &|_, value| value * scale, walk), "").stderr;
+        assert!(told.contains("warning: walk.npz: the hips ") && told.contains(unit), "{told}");
+    }
+    // Turned over about X: Y and Z change their signs.
+    let told = run(&|_| {}, "--up -z").stderr;
+    assert!(told.contains("upside down with -Z up; use --up z?"), "{told}");
+    let rate = |walk: &mut NamedArrays| walk.insert("mocap_framerate", floats(&[], vec![1000.0]));
+    let told = run(&rate, "").stderr;
+    assert!(told.contains("walk.npz: recorded at 1000 frames per second"), "{told}");
+    let rateless = |walk: &mut NamedArrays| drop(walk.take("mocap_framerate"));
+    let told = run(&rateless, "--fps 30").stderr;
+    assert!(told.contains("note: walk.npz: states no frame rate; using 30"), "{told}");
+    let assumed = bench.bytes("me.glb");
+    run(&|_| {}, "");
+    assert!(assumed == bench.bytes("me.glb"), "the same rate, stated and given");
+    let told = run(&|_| {}, "--fps 60").stderr;
+    assert!(told.contains("walk.npz: --fps has no effect: the recording has 30"), "{told}");
+    let smiling = |walk: &mut NamedArrays| walk.insert("expression", floats(&[2, 3], vec![0.5; 6]));
+    let told = run(&smiling, "").stderr;
+    assert!(told.contains("warning: walk.npz: not used") && told.contains("[2, 3]"), "{told}");
+    let one = |walk: &mut NamedArrays| {
+        for key in ["poses", "trans"] {
+            let array = walk.take(key).unwrap();
+            let columns = array.shape()[1];
+            walk.insert(key, floats(&[1, columns], array.f32s()[..columns].to_vec()));
+        }
+    };
+    assert!(run(&one, "").stderr.contains("walk.npz: one frame, so the animation is a pose"));
+}
+
+#[test]
+fn video_captures_with_y_down_stand_upright() {
+    let bench = demo();
+    let arrays = walkers::model(BodyKind::SmplH);
+    let model = BodyModel::from_arrays(&arrays).unwrap();
+    save_model(&bench, "model.npz", &arrays);
+    let walk = walk(&model, &Figure::new().body, 1);
+    // From Z up to the axes of a camera in front: Y down, Z forwards.
+    let axes = glam::Quat::from_rotation_x(std::f32::consts::FRAC_PI_2);
+    for (distance, options) in [(0.0, ""), (5.0, ""), (5.0, "--up -y"), (5.0, "--ground feet")] {
+        let mut turned = walk.clone();
+        let poses = turned.take("poses").unwrap();
+        let mut values = poses.f32s().into_owned();
+        let frames = poses.shape()[0];
+        let mut places = turned.take("trans").unwrap().f32s().into_owned();
+        let pelvis = {
+            let betas = walk.get("betas").unwrap().f32s().into_owned();
+            let shaped = model.shaped(&Shape { betas, ..Shape::default() }).unwrap();
+            glam::Vec3::from(shaped.skeleton().joints()[0].position)
+        };
+        for (row, place) in values.chunks_mut(156).zip(places.chunks_mut(3)) {
+            let root = glam::Quat::from_scaled_axis(glam::Vec3::from_slice(&row[..3]));
+            row[..3].copy_from_slice(&(axes * root).to_scaled_axis().to_array());
+            let hips = axes * (glam::Vec3::from_slice(place) + pelvis) - pelvis;
+            place.copy_from_slice(&(hips + glam::Vec3::Z * distance).to_array());
+        }
+        turned.insert("poses", floats(&[frames, 156], values));
+        turned.insert("trans", floats(&[frames, 3], places));
+        save(&bench, "turned.npz", &turned);
+        let run = bench
+            .run(&format!("{COMMAND} --body model.npz --motion turned.npz {options} -o me.glb"));
+        assert!(run.code == Some(0) && !run.stderr.contains("turned.npz"), "{}", run.stderr);
+        assert!(run.stdout.contains(", -Y up"), "{}", run.stdout);
+        let scene = scene(&bench, "me.glb");
+        for frame in 0..20 {
+            let posing =
+                PoseRequest { clip: Some((0, frame as f32 / 30.0)), ..PoseRequest::default() };
+            let low = lowest(&scene, &posing);
+            assert!(low.abs() < IN_CLIPS_M, "{options} {frame}: {low}");
+            let [head, foot] =
+                ["head", "leftFoot"].map(|bone| scene.bone(bone, &posing).unwrap().unwrap()[1]);
+            assert!(head - foot > 1.0, "{options} {frame}: {head} {foot}");
+        }
+    }
+}
+
+#[test]
+fn clips_that_are_kept_far_away_are_told() {
+    let bench = demo();
+    let arrays = walkers::model(BodyKind::SmplH);
+    let model = BodyModel::from_arrays(&arrays).unwrap();
+    save_model(&bench, "model.npz", &arrays);
+    let walk = walk(&model, &Figure::new().body, 1);
+    let run = |by: [f32; 3], options: &str| {
+        let mut away = walk.clone();
+        let mut places = away.take("trans").unwrap().f32s().into_owned();
+        places.iter_mut().enumerate().for_each(|(at, value)| *value += by[at % 3]);
+        away.insert("trans", floats(&[places.len() / 3, 3], places));
+        save(&bench, "away.npz", &away);
+        let command = format!("{COMMAND} --body model.npz {options} --motion away.npz -o me.glb");
+        let run = bench.run(&command);
+        assert_eq!(run.code, Some(0), "{}", run.stderr);
+        run.stderr
+    };
+    let told = run([37.0, 0.0, 0.0], "--ground keep");
+    assert!(told.contains("note: away.npz: starts 40.0 m from the origin"), "{told}");
+    assert!(told.contains("use --ground clip or feet to start on"), "{told}");
+    let told = run([0.0, 0.0, 5.0], "--ground keep");
+    assert!(told.contains("above where the avatar stands"), "{told}");
+    for (by, options) in [
+        ([0.0, 0.0, 0.0], "--ground keep"),
+        ([4.0, -2.0, 0.1], "--ground keep"),
+        ([37.0, 0.0, 0.0], ""),
+        ([-370.0, 40.0, 5.0], "--ground feet"),
+    ] {
+        let told = run(by, options);
+        assert!(!told.contains("away.npz: starts"), "{by:?} {options}: {told}");
+        let scene = scene(&bench, "me.glb");
+        let first = PoseRequest { clip: Some((0, 0.0)), ..PoseRequest::default() };
+        let hips = scene.bone("hips", &first).unwrap().unwrap();
+        let far = if options == "--ground keep" { 10.0 } else { 0.05 };
+        assert!(hips[0].hypot(hips[2]) < far, "{by:?} {options}: {hips:?}");
+    }
+}
+
+#[test]
 fn what_a_model_lacks_or_has_too_much_of() {
     let bench = demo();
     let mut arrays = walkers::model(BodyKind::SmplH);

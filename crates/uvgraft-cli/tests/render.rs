@@ -155,6 +155,9 @@ fn moving_pictures_have_their_frames() {
     let webp = bench.bytes("me.webp");
     let frames = webp.windows(4).filter(|name| name == b"ANMF").count();
     assert_eq!(frames, 4);
+    bench.succeed("render me.glb -o turning.webp --motion --turntable --fps 4 --size 24x32");
+    let turning = bench.bytes("turning.webp");
+    assert!(turning.windows(4).filter(|name| name == b"ANMF").count() == 4 && turning != webp);
     bench.succeed("render me.glb -o me.png --motion --fps 2 --size 24x32");
     assert!(!bench.exists("me.png") && !bench.exists("me_002.png"));
     assert_ne!(bench.texture("me_000.png"), bench.texture("me_001.png"));
@@ -221,6 +224,12 @@ fn what_is_no_avatar_is_refused() {
         ("me.glb -o a.png --background red", &["#ff8000"]),
         ("me.glb -o a.png --size 9000", &["at most 4096"]),
         ("me.glb -o a.png --fps 0", &["frames per second"]),
+        ("me.glb -o a.png --pose wave --pose stand", &["--pose must name one", "wave and stand"]),
+        ("me.glb -o a.png --expression bulge=1 --expression bulge=0", &["bulge: given twice"]),
+        ("me.glb -o a.png --fps 30", &["--fps has no effect on a still picture"]),
+        ("me.glb -o a.gif --fps 30 --frame 0", &["--fps has no effect"]),
+        ("me.glb -o a.webp --fps 5 --camera head", &["needs --motion or --turntable"]),
+        ("me.glb -o a.gif --motion --turntable 12", &["--turntable N cannot be used", "--motion"]),
         ("me.glb -o a.bmp", &["a.bmp: ", ".gif", ".png"]),
         ("me.glb -o a.jpg --background transparent", &["a.jpg: ", "transparency"]),
         ("me.glb -o me.glb", &["me.glb"]),

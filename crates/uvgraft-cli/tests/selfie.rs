@@ -87,6 +87,8 @@ fn without_networks_the_commands_that_get_them_are_named() {
     bench.refuse(&format!("selfie me.png {SELFIE} -o face.png"), &wanted);
     let avatar = "avatar --selfie me.png --body demo --onto #c08a70 --size 256 -o me.glb";
     bench.refuse(avatar, &wanted);
+    let told = bench.run(avatar).stderr;
+    assert!(told.lines().count() == 1 && !told.contains("\\n"), "{told}");
 }
 
 #[test]
@@ -108,6 +110,11 @@ fn bad_options_and_files_are_refused_before_any_work() {
         ("selfie me.png frames --head demo -o face.png", "must be the only photograph given"),
         ("selfie me.png --head demo -o face.png --size 8192", "must be at most 4096×4096"),
         ("selfie me.png --head demo -o face.png --focal 0", "must be pixels above 0"),
+        ("selfie me.png --head demo -o face.png --frames 5", "--frames has no effect"),
+        (
+            "avatar --selfie me.png --frames 5 --body demo --onto #c08a70 --size 256 -o me.glb",
+            "--frames has no effect on photographs: it needs a folder",
+        ),
         ("selfie me.png --head demo -o face.png --face 0", "must be a whole number from 1"),
         (
             "avatar --selfie me.png --body target.obj --onto #c08a70 --size 256 -o me.glb",
@@ -208,6 +215,33 @@ fn a_photograph_becomes_a_texture_without_its_metadata() {
     let camera = &cameras["cameras"][0];
     assert_eq!(camera["size"], serde_json::json!([512, 512]));
     assert!(camera["residual_px"].as_f64().unwrap() < 3.0, "{camera}");
+}
+
+#[test]
+fn textures_that_are_given_as_photographs_are_told() {
+    let Some(bench) = fetched() else { return };
+    const TOLD: &str = "looks like the texture of a head rather than a photograph";
+    let run = |photo: &str, output: &str| {
+        let run = bench.run(&format!("selfie {photo} {SELFIE} -o {output}"));
+        assert_eq!(run.code, Some(0), "{}", run.stderr);
+        run.stderr
+    };
+    let told = run("astronaut.png", "face.png");
+    assert!(!told.contains(TOLD), "{told}");
+    let told = run("face.png", "again.png");
+    assert!(told.contains("warning: face.png: ") && told.contains(TOLD), "{told}");
+    let avatar = bench.run(
+        "avatar --selfie face.png --onto #c08a70 --size 256 --body demo --mouth none -o me.glb",
+    );
+    assert!(avatar.code == Some(0) && avatar.stderr.contains(TOLD), "{}", avatar.stderr);
+    let Some(folder) = std::env::var_os("UVGRAFT_DATA").map(std::path::PathBuf::from) else {
+        return;
+    };
+    for name in ["body_light.jpg", "body_medium.jpg", "flame_mean_texture.jpg"] {
+        let path = folder.join(name);
+        let told = run(path.to_str().unwrap(), "again.png");
+        assert!(told.contains(TOLD), "{name}: {told}");
+    }
 }
 
 #[test]

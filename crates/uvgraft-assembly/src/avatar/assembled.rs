@@ -86,7 +86,7 @@ impl Assembled {
         observer.check()?;
         check_bones(request, plan, &body)?;
         if let (Some((kind, solved)), Some(model)) = (&body.solved, request.model()) {
-            expressions::report(model, *kind, solved, observer);
+            expressions::report(model, *kind, solved, &body.avatar, observer);
         }
         let of_photos = selfie.map(|selfie| selfie.report(&file.source_name)).unwrap_or_default();
         with_features(request, body, mouth, dressed, of_photos, observer)

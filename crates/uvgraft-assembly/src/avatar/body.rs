@@ -39,7 +39,8 @@ impl RiggedBody {
         mesh: &Mesh,
         observer: &dyn Observer,
     ) -> Result<Self> {
-        let recordings = request.motions.recordings.iter().map(Recording::read);
+        let playing = &request.motions;
+        let recordings = playing.recordings.iter().map(|file| Recording::read(file, playing));
         let recordings: Vec<Recording> = recordings.collect::<Result<_>>()?;
         observer.check()?;
         let mut body = match &request.body {

@@ -1,5 +1,6 @@
 //! Maps other than colours: their roles, and which of them go together.
 
+use uvgraft::{Choice, NormalY};
 use uvgraft_gltf::glb::ShadingModel;
 use uvgraft_io::input::Input;
 use uvgraft_pipeline::{BaseSource, Failure, Result};
@@ -123,6 +124,13 @@ impl MaterialOptions {
                 ShadingModel::Unlit => format!("`look` unlit cannot be used with the map {name}"),
                 _ => format!("`look` mtoon supports normal and emissive maps only, got {name}"),
             }));
+        }
+        if self.normal_y != NormalY::OpenGl && !has(MapRole::Normal) {
+            let name = self.normal_y.name();
+            return Err(Failure::option(format!(
+                "`normal_y` {name} has no effect without a normal map: add `map` normal=FILE or \
+                 `onto` normal=IMAGE"
+            )));
         }
         if self.look == ShadingModel::MToon && !is_vrm {
             return Err(Failure::option(

@@ -68,11 +68,27 @@ impl Metadata {
                 file_name.display()
             )));
         };
+        if let Some(url) = self.license_url.as_deref().filter(|url| !is_url(url)) {
+            return Err(Failure::option(format!(
+                "`license_url` must be a URL such as https://example.org/terms, got {url:?}"
+            )));
+        }
         let mut meta = VrmMeta::new(self.title(file_name), self.authors.clone(), permissions);
         meta.other_license_url.clone_from(&self.license_url);
         meta.third_party_licenses.clone_from(&self.made_from);
         Ok(meta)
     }
+}
+
+/// Whether a text is a web address, as far as readers of VRM files can open it.
+fn is_url(text: &str) -> bool {
+    let rest = ["https://", "http://"].iter().find_map(|scheme| {
+        let (start, rest) = text.split_at_checked(scheme.len())?;
+        start.eq_ignore_ascii_case(scheme).then_some(rest)
+    });
+    let host = rest.and_then(|rest| rest.split(['/', '?', '#']).next());
+    host.is_some_and(|host| !host.is_empty())
+        && !text.chars().any(|letter| letter.is_whitespace() || letter.is_control())
 }
 
 /// Adds the terms of the body model to the third-party licences of a VRM file.

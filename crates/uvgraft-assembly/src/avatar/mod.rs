@@ -74,6 +74,7 @@ impl AvatarRequest {
     /// together, and for a body that the format cannot hold.
     pub fn make(&self, observer: &dyn Observer) -> Result<MadeAvatar> {
         let plan = Plan::new(self)?;
+        Plan::warn(self, observer);
         let ingredients = Ingredients::gather(self, &plan, observer)?;
         observer.check()?;
         let assembled = Assembled::new(self, &plan, ingredients, observer)?;

@@ -2,10 +2,13 @@
 
 use std::fmt::Write as _;
 
+use uvgraft::Choice;
 use uvgraft_avatar::Avatar;
 use uvgraft_avatar::body::{BodyModel, Gender, Shape, Shaped};
-use uvgraft_avatar::motion::{ClipOptions, GroundMode, Motion, Performer, Retarget, Soles, UpAxis};
-use uvgraft_avatar::rig::Skeleton;
+use uvgraft_avatar::motion::{
+    ClipOptions, GroundMode, Motion, MotionError, Performer, Retarget, Soles, UpAxis,
+};
+use uvgraft_avatar::rig::{Clip, HumanBone, Skeleton};
 use uvgraft_io::arrays;
 use uvgraft_io::input::Input;
 use uvgraft_pipeline::{Blame, Failure, Observer, Result};
@@ -43,10 +46,17 @@ pub(super) struct Recording {
 }
 
 impl Recording {
-    pub(super) fn read(file: &Input) -> Result<Self> {
+    pub(super) fn read(file: &Input, playing: &MotionOptions) -> Result<Self> {
         let found = arrays::read(file).or_input()?;
-        let motion = Motion::from_arrays(&found)
-            .map_err(|error| Failure::input(format!("{file}: {error}")))?;
+        let rate = playing.fps.filter(|&fps| fps > 0).map(f64::from);
+        let motion = Motion::with_rate(&found, rate).map_err(|error| match error {
+            MotionError::NoRate { wanted, found } => Failure::option(
+                "use `fps` to state the frame rate of the recording, which has none of ",
+            )
+            .found(format_args!("{wanted}, but {found}"))
+            .context(file),
+            error => Failure::input(format!("{file}: {error}")),
+        })?;
         Ok(Self { file: file.clone(), motion })
     }
 
@@ -101,13 +111,74 @@ impl Recording {
         if !report.up_is_certain {
             let up = axis(report.up);
             observer.warn(format_args!(
-                "{file}: cannot tell the up axis from the motion; assuming {up}; use `up` y or \
-                 `up` z"
+                "{file}: cannot tell the up axis from the motion; assuming {up}; use `up` to state \
+                 it"
             ));
+        }
+        self.doubt(report.up, observer);
+        self.note(playing, observer);
+        if ground == GroundMode::Keep {
+            self.note_distance(&avatar.skeleton, &clip, observer);
         }
         let frames = clip.poses.len();
         avatar.clips.push(clip);
         Ok(format!("{name}: {}", said(&report, ground, frames)))
+    }
+
+    /// Warns of what is implausible.
+    fn doubt(&self, up: UpAxis, observer: &dyn Observer) {
+        let file = &self.file;
+        for doubt in self.motion.doubts(up) {
+            observer.warn(format_args!("{file}: {doubt}"));
+        }
+        if !self.motion.unused().is_empty() {
+            observer.warn(format_args!(
+                "{file}: not used, so the face or the hands will not move as recorded: {}",
+                self.motion.unused().join(", ")
+            ));
+        }
+    }
+
+    /// Notes options without effect, and what is assumed.
+    fn note(&self, playing: &MotionOptions, observer: &dyn Observer) {
+        let (file, rate) = (&self.file, self.motion.rate());
+        if self.motion.frames() == 1 {
+            observer.note(format_args!("{file}: one frame, so the animation is a pose"));
+        } else if self.motion.is_rate_assumed() {
+            observer.note(format_args!(
+                "{file}: states no frame rate; using {rate} frames per second, as given by `fps`"
+            ));
+        } else if playing.fps.is_some_and(|fps| f64::from(fps) > rate) {
+            observer.note(format_args!(
+                "{file}: `fps` has no effect: the recording has {rate} frames per second, and none \
+                 are added"
+            ));
+        }
+    }
+
+    /// Tells of a clip that plays elsewhere than where the avatar stands.
+    fn note_distance(&self, skeleton: &Skeleton, clip: &Clip, observer: &dyn Observer) {
+        /// Beyond the volumes of most capture systems.
+        const FAR_M: f32 = 10.0;
+        /// More than people lie, sit or jump below and above their hips at rest.
+        const HIGH_M: f32 = 1.5;
+        let Some(pose) = clip.poses.first() else { return };
+        let [x, up, z] = pose.translation;
+        let rest = skeleton.human(HumanBone::Hips).map(|hips| skeleton.joints()[hips].position);
+        let [rest_x, _, rest_z] = rest.unwrap_or_default();
+        let aside = (x + rest_x).hypot(z + rest_z);
+        let start = match up.abs() {
+            _ if aside > FAR_M => format!("{aside:.1} m from the origin"),
+            height if height > HIGH_M => {
+                let side = if up < 0.0 { "below" } else { "above" };
+                format!("{height:.1} m {side} where the avatar stands")
+            }
+            _ => return,
+        };
+        let file = &self.file;
+        observer.note(format_args!(
+            "{file}: starts {start}; use `ground` clip or feet to start on the ground at the origin"
+        ));
     }
 
     /// The recorded person, as a shape of the body's model; or why it is unknown.
@@ -174,11 +245,8 @@ impl Recording {
     }
 }
 
-const fn axis(up: UpAxis) -> &'static str {
-    match up {
-        UpAxis::Y => "Y",
-        UpAxis::Z => "Z",
-    }
+fn axis(up: UpAxis) -> String {
+    up.name().to_uppercase()
 }
 
 /// Summary of a clip's grounding.
@@ -211,8 +279,8 @@ fn said(report: &Retarget, ground: GroundMode, frames: usize) -> String {
     if report.turned_deg != 0.0 {
         let _ = write!(text, ", turned by {:.0}°", report.turned_deg);
     }
-    if report.up == UpAxis::Y {
-        text.push_str(", Y up");
+    if report.up != UpAxis::Z {
+        let _ = write!(text, ", {} up", axis(report.up));
     }
     text
 }

@@ -7,7 +7,7 @@ use uvgraft::Size;
 use uvgraft_gltf::glb::{PictureFormat, VrmMeta};
 use uvgraft_gltf::preset::Preset;
 use uvgraft_io::input::Input;
-use uvgraft_pipeline::{BaseSource, Failure, Result};
+use uvgraft_pipeline::{BaseSource, Failure, Observer, Result};
 
 use super::request::{AvatarRequest, Body, LevelStorage};
 use crate::existing;
@@ -73,7 +73,7 @@ impl AvatarRequest {
         if self.photos.is_empty() {
             return Ok(None);
         }
-        Frames::new(&self.photos, self.photo_options.frames.into()).map(Some)
+        Frames::new(&self.photos, self.photo_options.frames).map(Some)
     }
 
     fn read<'a>(&'a self, frames: Option<&'a Frames>) -> impl Iterator<Item = &'a Input> {
@@ -120,6 +120,18 @@ impl Plan {
         existing::check(request.read(frames.as_ref()))?;
         let triangles = preset.as_ref().map(|preset| preset.triangles).or(triangles);
         Ok(Self { preset, triangles, format, vrm, frames })
+    }
+
+    /// Warns of options that undo what others ask for.
+    pub(super) fn warn(request: &AvatarRequest, observer: &dyn Observer) {
+        if let (Some(count), Some(preset)) = (request.triangles, request.preset)
+            && count as usize > preset.triangles
+        {
+            let (name, most) = (preset.name, preset.triangles);
+            observer.warn(format_args!(
+                "`triangles` {count} is more than the {most} of `preset` {name}, which it overrides"
+            ));
+        }
     }
 }
 

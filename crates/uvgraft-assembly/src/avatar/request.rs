@@ -93,7 +93,8 @@ pub enum Body {
 pub struct MotionOptions {
     /// AMASS recordings. They replace the figure's own animations.
     pub recordings: Vec<Input>,
-    /// Frame rate of the animations, 0 for that of the recording; by default 30.
+    /// Frame rate of the animations, 0 for that of the recording; by default 30. Also the rate of
+    /// recordings that state none.
     pub fps: Option<u16>,
     /// Ground contact; by default [`GroundMode::Clip`].
     pub ground: Option<GroundMode>,

@@ -149,6 +149,12 @@ impl RenderRequest {
                 "`size` must be at most {MAX_SIDE} pixels a side, got {found}"
             )));
         }
+        if self.fps.is_some() && self.rate().is_none() {
+            return Err(Failure::option(
+                "`fps` has no effect on a still picture: it needs `motion` or `turntable`",
+            ));
+        }
+        self.check_pose()?;
         let seconds = self.frame.unwrap_or(0.0);
         for (name, value, least, most) in [
             ("azimuth", self.azimuth, f32::MIN, f32::MAX),
@@ -164,6 +170,31 @@ impl RenderRequest {
                     format!("{least} to {most}")
                 };
                 return Err(Failure::option(format!("`{name}` must be {wanted}, got {value}")));
+            }
+        }
+        Ok(())
+    }
+}
+
+impl RenderRequest {
+    /// Rejects poses and weights that others would replace.
+    fn check_pose(&self) -> Result<()> {
+        let named: Vec<&str> = self
+            .pose
+            .iter()
+            .filter_map(|part| match part {
+                PoseOption::Named(pose) => Some(pose.name()),
+                PoseOption::Bone(..) => None,
+            })
+            .collect();
+        if let [first, second, ..] = *named {
+            return Err(Failure::option(format!(
+                "`pose` must name one pose, got {first} and {second}"
+            )));
+        }
+        for (index, (name, _)) in self.expressions.iter().enumerate() {
+            if self.expressions[..index].iter().any(|(other, _)| other == name) {
+                return Err(Failure::option(format!("`expression` {name}: given twice")));
             }
         }
         Ok(())

@@ -6,6 +6,8 @@ use uvgraft_io::input::Input;
 use uvgraft_io::tracking::{self, TrackedFrame};
 use uvgraft_pipeline::{Blame, Failure, Result, images_in};
 
+use super::request::FRAMES;
+
 /// The photographs that arguments stand for.
 #[derive(Debug, PartialEq)]
 pub(crate) enum Frames {
@@ -50,13 +52,14 @@ impl<'a> Frame<'a> {
 
 impl Frames {
     /// - `given`: photographs, or one folder.
-    /// - `most`: how many frames to use of a folder.
-    pub(crate) fn new(given: &[Input], most: usize) -> Result<Self> {
+    /// - `most`: how many frames to use of a folder, if that is given.
+    pub(crate) fn new(given: &[Input], most: Option<u16>) -> Result<Self> {
         /// More photographs don't make a better face, but need memory.
         const MOST_FILES: usize = 64;
         if let [folder] = given
             && let Some(folder) = folder.path().filter(|path| path.is_dir())
         {
+            let most = most.unwrap_or(FRAMES).into();
             return Ok(match tracking::detect(folder).or_input()? {
                 Some(_) => {
                     let frames = evenly(tracking::read(folder).or_input()?.frames, most);
@@ -67,6 +70,11 @@ impl Frames {
                     Self::Folder(images.into_iter().map(Input::from).collect())
                 }
             });
+        }
+        if most.is_some() {
+            return Err(Failure::option(
+                "`frames` has no effect on photographs: it needs a folder of frames",
+            ));
         }
         if given.len() > MOST_FILES {
             let count = given.len();
@@ -143,10 +151,14 @@ mod tests {
         }
         let at = |name: &str| Input::from(folder.path().join(name));
         let whole = Input::from(folder.path());
-        let frames = Frames::new(std::slice::from_ref(&whole), 9).unwrap();
+        let frames = Frames::new(std::slice::from_ref(&whole), None).unwrap();
         assert_eq!(frames, Frames::Folder(vec![at("a.png"), at("b.jpg")]));
         assert_eq!(frames.inputs().count(), 2);
-        Frames::new(&[at("a.png"), whole], 9).unwrap_err();
-        Frames::new(&[at("a.png"), at("a.png")], 9).unwrap_err();
+        let one = Frames::new(&[whole.clone()], Some(1)).unwrap();
+        assert_eq!(one.inputs().count(), 1);
+        Frames::new(&[at("a.png"), whole], None).unwrap_err();
+        Frames::new(&[at("a.png"), at("a.png")], None).unwrap_err();
+        let error = Frames::new(&[at("a.png")], Some(9)).unwrap_err().to_string();
+        assert!(error.contains("needs a folder"), "{error}");
     }
 }

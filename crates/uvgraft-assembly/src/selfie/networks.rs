@@ -19,9 +19,9 @@ pub(super) fn load(networks: &Networks) -> Result<FaceNetworks> {
     };
     let Some(models) = models else {
         return Err(Failure::input(
-            "the networks that find faces are not part of uvgraft; to import them:\n  npm pack \
-             @mediapipe/face_mesh@0.4.1657299874\n  uvgraft weights import \
-             mediapipe-face_mesh-0.4.1657299874.tgz",
+            "the networks that find faces are not part of uvgraft; to import them, run `npm pack \
+             @mediapipe/face_mesh@0.4.1657299874` and `uvgraft weights import \
+             mediapipe-face_mesh-0.4.1657299874.tgz`",
         ));
     };
     FaceNetworks::new(&models).or_input()

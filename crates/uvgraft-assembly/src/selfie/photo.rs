@@ -73,6 +73,13 @@ impl Photo {
         let size = texture.size();
         let found =
             networks.find(&texture, options.choice()).map_err(|error| refused(input, &error))?;
+        if found.is_in_texture() {
+            observer.warn(format_args!(
+                "{input}: looks like the texture of a head rather than a photograph: the skin goes \
+                 on where the jaw ends; carry textures by `uvgraft transfer`, or give them to \
+                 `uvgraft avatar` as a face texture"
+            ));
+        }
         let given = options.focal_px(size).map(|focal| (focal, FocalSource::Option));
         let camera = tracked.as_ref().map(|frame| frame.camera.for_size(size));
         let by_tracker = camera.map(|camera| (tracked::focal_px(&camera), FocalSource::Tracker));

@@ -43,6 +43,9 @@ pub enum Head {
     },
 }
 
+/// Number of frames that are used of a folder, unless another one is given.
+pub(super) const FRAMES: u16 = 9;
+
 /// How photographs are read.
 #[derive(Debug, Clone, PartialEq)]
 pub struct PhotoOptions {
@@ -55,8 +58,8 @@ pub struct PhotoOptions {
     pub head_texture: Option<Input>,
     /// How much of the light in the photographs is removed.
     pub relight: Relight,
-    /// Maximum number of frames used of a folder, evenly spaced.
-    pub frames: u16,
+    /// Maximum number of frames used of a folder, evenly spaced; by default 9.
+    pub frames: Option<u16>,
     /// The networks that find faces.
     pub networks: Networks,
 }
@@ -68,7 +71,7 @@ impl Default for PhotoOptions {
             focal: None,
             head_texture: None,
             relight: Relight::Soft,
-            frames: 9,
+            frames: None,
             networks: Networks::Imported,
         }
     }
@@ -214,7 +217,7 @@ impl SelfieRequest {
     }
 
     fn frames(&self) -> Result<Frames> {
-        Frames::new(&self.photos, self.photo_options.frames.into())
+        Frames::new(&self.photos, self.photo_options.frames)
     }
 
     fn given_head(&self) -> Result<GivenHead> {

@@ -4,6 +4,7 @@ mod amass;
 mod contact;
 mod ground;
 mod legs;
+mod plausible;
 mod resample;
 mod retarget;
 mod soles;
@@ -14,6 +15,7 @@ use uvgraft_io::arrays::ArraysError;
 use crate::rig::RigError;
 pub use amass::Motion;
 pub use ground::Grounding;
+pub use plausible::Doubt;
 pub use retarget::{ClipOptions, GroundMode, Performer, Retarget};
 pub use retarget::{MEAN_LEG_M, MEAN_PELVIS};
 pub use soles::Soles;
@@ -33,6 +35,26 @@ pub enum MotionError {
         wanted: &'static str,
         /// The names that are present.
         found: String,
+    },
+    /// The file states no frame rate.
+    #[error("no frame rate: must have one of {wanted}, got {found}")]
+    NoRate {
+        /// The names that it may have.
+        wanted: String,
+        /// The names that are present.
+        found: String,
+    },
+    /// Rotations are far beyond a full turn.
+    #[error(
+        "rotations must be in radians, got {found:.1} for `{joint}` in frame {frame}, as in degrees"
+    )]
+    Degrees {
+        /// The length of a rotation vector.
+        found: f32,
+        /// The frame's index.
+        frame: usize,
+        /// The joint's name.
+        joint: &'static str,
     },
     /// An array has the wrong shape for a motion.
     #[error("`{key}` must have shape {wanted}, got {found:?}")]

@@ -19,6 +19,8 @@ pub(super) struct PlayArgs {
     #[arg(long, value_name = "AMASS.npz")]
     motion: Vec<PathBuf>,
     /// Frame rate of the animations, 0 for that of the recording [default: 30]
+    ///
+    /// Also the frame rate of recordings that state none.
     #[arg(long, value_name = "N", requires = "motion", value_parser = whole_number::<u16>(0..=240), allow_negative_numbers = true)]
     fps: Option<u16>,
     /// Ground contact of the animations [default: clip]
@@ -29,6 +31,7 @@ pub(super) struct PlayArgs {
     ground: Option<GroundMode>,
     /// Up axis of the recordings [default: detected from the motion]
     #[arg(long, value_name = "AXIS", requires = "motion", value_parser = choice::<UpAxis>())]
+    #[arg(allow_hyphen_values = true)]
     up: Option<UpAxis>,
 }
 

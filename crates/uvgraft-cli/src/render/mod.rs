@@ -14,6 +14,7 @@ use uvgraft_render::Background;
 use self::options::Weight;
 use self::output::Output;
 use crate::choice::choice;
+use crate::failure::bad_input;
 use crate::heading;
 use crate::report::parse_size;
 use crate::terminal;
@@ -85,9 +86,11 @@ pub(crate) struct Args {
     #[arg(help_heading = heading::POSE)]
     frame: Option<f32>,
     /// Turn the camera around the model, in N frames [default: 36]
-    #[arg(long, value_name = "N", num_args = 0..=1, default_missing_value = "36")]
+    ///
+    /// With --motion, once in the frames of the clip, without N.
+    #[arg(long, value_name = "N", num_args = 0..=1)]
     #[arg(value_parser = options::turntable, help_heading = heading::MOVING)]
-    turntable: Option<u16>,
+    turntable: Option<Option<u16>>,
     /// Play the animation clip
     #[arg(long, conflicts_with = "frame", help_heading = heading::MOVING)]
     motion: bool,
@@ -107,6 +110,12 @@ pub(crate) struct Args {
 }
 
 pub(crate) fn run(args: &Args) -> anyhow::Result<ExitCode> {
+    if args.motion && args.turntable.flatten().is_some() {
+        return Err(bad_input(
+            "--turntable N cannot be used with --motion, which has the frames of the clip; use \
+             --turntable without N",
+        ));
+    }
     let request = args.request();
     let rendering = request.open()?;
     let output = Output::new(&args.output, &request, rendering.frames())?;
@@ -133,7 +142,7 @@ impl Args {
         request.clip.clone_from(&self.clip);
         request.frame = self.frame;
         request.motion = self.motion;
-        request.turntable = self.turntable;
+        request.turntable = self.turntable.map(|count| count.unwrap_or(options::TURNTABLE));
         request.fps = self.fps;
         request.background = self.background;
         request.unlit = self.unlit;

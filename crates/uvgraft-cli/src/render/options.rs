@@ -2,6 +2,9 @@
 
 use uvgraft_assembly::render::{parse_expression, parse_number};
 
+/// Number of frames of a turntable, unless another one is given.
+pub(super) const TURNTABLE: u16 = 36;
+
 /// An expression and its weight.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct Weight(pub String, pub f32);

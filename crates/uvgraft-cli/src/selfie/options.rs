@@ -37,10 +37,10 @@ pub(crate) struct PhotoArgs {
     #[arg(long, value_name = "HOW", value_parser = choice::<Relight>())]
     #[arg(default_value = Relight::Soft.name(), requires = "photos")]
     relight: Relight,
-    /// Maximum number of frames used of a folder, evenly spaced
-    #[arg(long, value_name = "N", default_value_t = 9, requires = "photos")]
+    /// Maximum number of frames used of a folder, evenly spaced [default: 9]
+    #[arg(long, value_name = "N", requires = "photos")]
     #[arg(value_parser = whole_number::<u16>(1..=64), allow_negative_numbers = true)]
-    frames: u16,
+    frames: Option<u16>,
 }
 
 impl PhotoArgs {
