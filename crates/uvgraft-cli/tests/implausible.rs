@@ -42,8 +42,16 @@ fn triangles() -> impl Iterator<Item = [u32; 3]> {
     })
 }
 
-/// An avatar of sheets one behind the other, each with a node, a mesh and a material.
+/// An avatar of sheets one behind the other, each with a node, a mesh and a material, and with the whole
+/// square as its layout.
 fn avatar(parts: &[Part]) -> Strip {
+    avatar_with(parts, |_, uv| uv.map(|at| 0.02 + 0.96 * at))
+}
+
+/// The same with other layouts.
+///
+/// - `layout`: from the number of a part and its own UV coordinates.
+fn avatar_with(parts: &[Part], layout: impl Fn(usize, [f32; 2]) -> [f32; 2]) -> Strip {
     let mut file = Strip { json: Strip::new().json, binary: Vec::new() };
     for list in ["accessors", "bufferViews"] {
         file.json[list] = json!([]);
@@ -57,8 +65,8 @@ fn avatar(parts: &[Part]) -> Strip {
     for (depth, Part { name, image }) in parts.iter().enumerate() {
         let positions = floats(grid().flat_map(|[x, y]| [x, 1.0 - y, -(depth as f32)]));
         let positions = file.add(&positions, 5126, vertices, "VEC3");
-        let uv =
-            file.add(&floats(grid().flatten().map(|at| 0.02 + 0.96 * at)), 5126, vertices, "VEC2");
+        let uv = floats(grid().flat_map(|uv| layout(depth, uv)));
+        let uv = file.add(&uv, 5126, vertices, "VEC2");
         let indices: Vec<u8> =
             triangles().flatten().flat_map(|index| (index as u16).to_le_bytes()).collect();
         let indices = file.add(&indices, 5123, indices.len() / 2, "SCALAR");
@@ -167,7 +175,13 @@ fn parts_with_other_images_are_left_out() {
     assert!(said.contains("one.glb#a material selects one"), "{said}");
     assert!(texture == expected);
     // The source's parts too.
-    let run = bench.run("pair three.glb sheet.obj --by topology -o new.uvpair");
+    let own = SIDE * SIDE..2 * SIDE * SIDE;
+    let ids = (0..3 * SIDE * SIDE).map(|vertex| match own.contains(&vertex) {
+        true => (vertex - own.start).to_string(),
+        false => "-1".to_owned(),
+    });
+    bench.write("from_1.txt", ids.collect::<Vec<_>>().join("\n"));
+    let run = bench.run("pair three.glb sheet.obj --vertex-map from_1.txt -o new.uvpair");
     assert!(run.code == Some(0) && run.stderr.contains("three.glb: linked is"), "{}", run.stderr);
 }
 
@@ -175,9 +189,11 @@ fn parts_with_other_images_are_left_out() {
 fn parts_that_share_an_image_stay_together() {
     let bench = bench();
     let shared = [part("Left", Some("skin.png")), part("Right", Some("skin.png"))];
-    bench.write("shared.glb", avatar(&shared).glb());
+    let halves = |part: usize, [u, v]: [f32; 2]| [0.5 * part as f32 + 0.48 * u, v];
+    bench.write("shared.glb", avatar_with(&shared, halves).glb());
     // Two images of the same bytes, as exporters write them that embed an image for each material.
-    let mut twice = avatar(&[part("Left", Some("a.png")), part("Right", Some("b.png"))]);
+    let apart = [part("Left", Some("a.png")), part("Right", Some("b.png"))];
+    let mut twice = avatar_with(&apart, halves);
     for image in 0..2 {
         let start = twice.binary.len();
         twice.binary.extend(uvgraft_tests::strip::texture());
