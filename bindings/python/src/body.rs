@@ -13,7 +13,7 @@ use uvgraft_io::model_mesh;
 
 use crate::arguments::chosen_from;
 use crate::arrays::{numbers, shape_text, shaped};
-use crate::error::{bad_value, failed, of_reading};
+use crate::error::{bad_value, failed, of_reading, warn};
 use crate::mesh::Mesh;
 use crate::threads;
 
@@ -70,7 +70,8 @@ impl BodyModel {
     ///     Read no more than this number of shape components.
     /// correctives : bool
     ///     Whether to read the pose correctives, most of a file. Without them poses are skinning alone,
-    ///     but for the jaw, which keeps its own.
+    ///     but for the jaw, which keeps its own. Correctives in an array of unknown shape, such as STAR's, are
+    ///     left out with a warning.
     ///
     /// Returns
     /// -------
@@ -102,6 +103,9 @@ impl BodyModel {
             Ok((file, layout))
         })?;
         let (file, layout) = read.map_err(of_reading)?;
+        if let Some(why) = file.model.correctives_left_out() {
+            warn(py, &format!("{}: pose correctives are left out: {why}", path.display()))?;
+        }
         let rest = file.model.shaped(&Shape::default()).map_err(failed)?;
         let joints = rest.skeleton().joints().iter();
         let joints = joints.map(|joint| (joint.name.clone(), joint.parent)).collect();

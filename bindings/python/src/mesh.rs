@@ -10,7 +10,7 @@ use uvgraft_assembly::mesh_file;
 
 use crate::arguments::chosen_from;
 use crate::arrays::{rows, shaped};
-use crate::error::{bad_value, failed, of_any_file};
+use crate::error::{bad_value, failed, of_any_file, warn_caller};
 
 /// A triangle mesh with a UV layout. It cannot be changed.
 ///
@@ -77,6 +77,7 @@ impl Mesh {
     /// path : path
     ///     OBJ, PLY, GLB, glTF or a body model (NPZ, pickle, which is never executed); the format is
     ///     detected from the content. A part is selected by ``"FILE#NAME"``, a UV set by ``"FILE#1"``.
+    ///     Polygons without UV coordinates among others are left out with a warning.
     ///
     /// Raises
     /// ------
@@ -88,6 +89,7 @@ impl Mesh {
     fn load(py: Python<'_>, path: PathBuf) -> PyResult<Self> {
         let loaded =
             py.detach(|| mesh_file::read(&path)).map_err(|error| of_any_file(&error, &path))?;
+        warn_caller(py, loaded.left_out().into_iter().collect())?;
         Ok(Self { mesh: Arc::new(loaded.mesh), name: loaded.name })
     }
 

@@ -5,11 +5,13 @@ use std::sync::Arc;
 
 use pyo3::prelude::*;
 use pyo3::types::{PyBytes, PyTuple};
+use uvgraft::correspond::split_vertices::{MapUse, link_by_vertex_map};
 use uvgraft::correspond::{self, By, FindOptions};
-use uvgraft::{Choice, Mesh as CoreMesh, Pair as CorePair, Side};
+use uvgraft::{Choice, Mesh as CoreMesh, Side};
 use uvgraft_assembly::mesh_file::{self, LoadedMesh};
 use uvgraft_assembly::pairing::{self, UvReading};
 use uvgraft_io::pair_file::{self, PairFile};
+use uvgraft_io::textured::WithoutUv;
 use uvgraft_io::vertex_map;
 
 use crate::arguments::chosen;
@@ -143,17 +145,23 @@ impl Pair {
             )
         });
         let threads = threads::checked(threads)?;
-        let (pair, others, method) = threads::run(py, threads, move || match ids {
-            Some(ids) => CorePair::by_vertex_map(source, target, &ids)
-                .map(|pair| {
-                    let (pair, others) = pair.in_one_layout();
-                    (pair, others, VERTEX_MAP.to_owned())
+        let (pair, others, method, assumed) = threads::run(py, threads, move || match ids {
+            Some(ids) => {
+                link_by_vertex_map(source, target, &ids).map_err(of_linking).map(|links| {
+                    let method = match links.used {
+                        MapUse::Connectivity(_) => By::Topology.name(),
+                        _ => VERTEX_MAP,
+                    };
+                    let (pair, others) = links.pair.in_one_layout();
+                    (pair, others, method.to_owned(), links.used.assumed())
                 })
-                .map_err(of_linking),
+            }
             None => correspond::find(source, target, &options)
-                .map(|it| (it.pair, it.other_layouts, it.method.by().name().to_owned()))
+                .map(|it| (it.pair, it.other_layouts, it.method.by().name().to_owned(), None))
                 .map_err(of_linking),
         })??;
+        let assumed = assumed.map(|assumed| format!("vertex_map: {assumed}"));
+        warn_caller(py, assumed.into_iter().collect())?;
         let said = Log::default();
         pairing::remark(&pair, &others, [&source_name, &target_name], &said);
         warn_caller(py, said.warnings())?;
@@ -268,14 +276,20 @@ impl Pair {
 fn mesh(given: &Bound<'_, PyAny>, what: &str) -> PyResult<LoadedMesh> {
     if let Ok(mesh) = given.cast::<Mesh>() {
         let mesh = mesh.get();
-        return Ok(LoadedMesh { mesh: CoreMesh::clone(&mesh.mesh), name: mesh.name.clone() });
+        return Ok(LoadedMesh {
+            mesh: CoreMesh::clone(&mesh.mesh),
+            name: mesh.name.clone(),
+            without_uv: WithoutUv::default(),
+        });
     }
     let Ok(path) = given.extract::<PathBuf>() else {
         let found = given.get_type().name()?.to_string();
         return Err(bad_type(format_args!("{what} must be a Mesh or a path, got {found}")));
     };
     let read = given.py().detach(|| mesh_file::read(&path));
-    read.map_err(|error| of_any_file(&error, &path))
+    let loaded = read.map_err(|error| of_any_file(&error, &path))?;
+    warn_caller(given.py(), loaded.left_out().into_iter().collect())?;
+    Ok(loaded)
 }
 
 fn read_vertex_map(given: &Bound<'_, PyAny>) -> PyResult<Vec<i64>> {

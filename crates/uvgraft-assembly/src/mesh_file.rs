@@ -1,5 +1,6 @@
 //! Meshes in files of any supported format, with a selector for a part of one.
 
+use std::collections::HashSet;
 use std::fs::File;
 use std::io::{self, Read};
 use std::path::Path;
@@ -10,11 +11,14 @@ use uvgraft::mesh::MeshPart;
 use uvgraft_gltf::scene::{MeshChoice, SceneMeshError, load_mesh, read_mesh};
 use uvgraft_io::input::{Input, ReadError};
 use uvgraft_io::obj::ObjError;
+use uvgraft_io::textured::{TexturedMesh, WithoutUv};
 use uvgraft_io::{arrays, model_mesh, obj, ply};
-use uvgraft_pipeline::{Blame, Failure, Result};
+use uvgraft_pipeline::{Blame, Failure, Observer, Result};
 
-/// Number of names listed in a message, and of characters shown of each.
-const MAX_LISTED: usize = 40;
+/// Number of names listed in a message.
+const MAX_LISTED: usize = 20;
+/// Characters shown of a name.
+const MAX_SHOWN: usize = 40;
 
 /// Selects the head of a body model.
 const HEAD: &str = "head";
@@ -26,6 +30,15 @@ pub struct LoadedMesh {
     pub mesh: Mesh,
     /// Name of the file without its folder, with the selector.
     pub name: String,
+    /// What of it is not in `mesh`.
+    pub without_uv: WithoutUv,
+}
+
+impl LoadedMesh {
+    /// What was left out, for a message; `None` if nothing was.
+    pub fn left_out(&self) -> Option<String> {
+        (self.without_uv.polygons > 0).then(|| format!("{}: {}", self.name, self.without_uv))
+    }
 }
 
 /// A file and a part of it, written `FILE`, `FILE#SET`, `FILE#NAME` or `FILE#NAME/SET`.
@@ -100,8 +113,21 @@ pub(crate) fn file_of(given: &Input) -> Input {
     MeshFile::parse(given).file
 }
 
+/// Reads a mesh, and notes what of it is left out.
+///
+/// # Errors
+/// As [`read`].
+pub(crate) fn read_noting(given: &Input, observer: &dyn Observer) -> Result<LoadedMesh> {
+    let loaded = read(given.clone())?;
+    if let Some(left_out) = loaded.left_out() {
+        observer.note(format_args!("{left_out}"));
+    }
+    Ok(loaded)
+}
+
 /// Reads a mesh whose format is detected from its content: OBJ, PLY, GLB (or VRM), glTF with its
-/// external buffers, or a body model with UV coordinates (NPZ, pickle).
+/// external buffers, or a body model with UV coordinates (NPZ, pickle). Polygons without UV
+/// coordinates are left out, as long as there are others: see [`LoadedMesh::without_uv`].
 ///
 /// - `given`: a file, optionally with a selector: `FILE#SET`, `FILE#NAME` or `FILE#NAME/SET`.
 ///
@@ -109,10 +135,11 @@ pub(crate) fn file_of(given: &Input) -> Input {
 /// For files that cannot be read, and for selectors of what does not exist, as bad input.
 pub fn read(given: impl Into<Input>) -> Result<LoadedMesh> {
     let file = MeshFile::parse(&given.into());
-    Ok(LoadedMesh { mesh: load(&file)?, name: file.name() })
+    let TexturedMesh { mesh, without_uv } = load(&file)?;
+    Ok(LoadedMesh { mesh, name: file.name(), without_uv })
 }
 
-fn load(file: &MeshFile) -> Result<Mesh> {
+fn load(file: &MeshFile) -> Result<TexturedMesh> {
     let Some(path) = file.file.path() else { return from_bytes(file) };
     let named = |reason: io::Error| Failure::input(format!("{}: {reason}", path.display()));
     let kind = path.metadata().map_err(named)?;
@@ -125,10 +152,15 @@ fn load(file: &MeshFile) -> Result<Mesh> {
         Format::Gltf => load_mesh(path, &file.choice())
             .map_err(|error| told(error, |reason| with_hint(reason, file))),
         Format::Ply => part(ply::read(path).or_input()?, file),
-        Format::Model if file.is_head() => model_mesh::read_head(path).or_input(),
-        Format::Model => part(model_mesh::read(path).or_input()?, file),
-        Format::Obj => part(obj::read(path).map_err(|error| told(error, foreign))?, file),
+        Format::Model if file.is_head() => model_mesh::read_head(path).or_input().map(whole),
+        Format::Model => part(whole(model_mesh::read(path).or_input()?), file),
+        Format::Obj => part(obj::read_textured(path).map_err(|error| told(error, foreign))?, file),
     }
+}
+
+/// A mesh of a format in which all polygons have UV coordinates.
+fn whole(mesh: Mesh) -> TexturedMesh {
+    TexturedMesh { mesh, without_uv: WithoutUv::default() }
 }
 
 /// An error of reading, with other words for that of the content.
@@ -142,25 +174,26 @@ fn told<E: std::error::Error>(error: ReadError<E>, words: impl Fn(&E) -> String)
 }
 
 /// Bytes and pipes, which can be read only once, have no files beside them.
-fn from_bytes(file: &MeshFile) -> Result<Mesh> {
+fn from_bytes(file: &MeshFile) -> Result<TexturedMesh> {
     let bytes = file.file.read(obj::MAX_FILE_BYTES).or_input();
     let named = |failure: Failure| failure.context(&file.file);
     parsed(&bytes.map_err(named)?, file).map_err(named)
 }
 
-fn parsed(bytes: &[u8], file: &MeshFile) -> Result<Mesh> {
+fn parsed(bytes: &[u8], file: &MeshFile) -> Result<TexturedMesh> {
     match Format::detected(bytes) {
         Format::Gltf => read_mesh(bytes, &file.choice())
             .map_err(|error| Failure::input(with_hint(&error, file))),
         Format::Ply => part(ply::parse(bytes).or_input()?, file),
         Format::Obj => {
-            part(obj::parse(bytes).map_err(|error| Failure::input(foreign(&error)))?, file)
+            let found = obj::parse_textured(bytes);
+            part(found.map_err(|error| Failure::input(foreign(&error)))?, file)
         }
         Format::Model => {
             let arrays = arrays::parse(bytes).or_input()?;
             match file.is_head() {
-                true => model_mesh::head_from_arrays(&arrays).or_input(),
-                false => part(model_mesh::from_arrays(&arrays).or_input()?, file),
+                true => model_mesh::head_from_arrays(&arrays).or_input().map(whole),
+                false => part(whole(model_mesh::from_arrays(&arrays).or_input()?), file),
             }
         }
     }
@@ -219,8 +252,9 @@ fn foreign(error: &ObjError) -> String {
 
 /// The polygons of the selected object, group or material, or all without a selector. Of these
 /// three kinds the first one counts that has the name.
-fn part(mesh: Mesh, file: &MeshFile) -> Result<Mesh> {
-    let Some(name) = file.selector.as_deref() else { return Ok(mesh) };
+fn part(found: TexturedMesh, file: &MeshFile) -> Result<TexturedMesh> {
+    let Some(name) = file.selector.as_deref() else { return Ok(found) };
+    let TexturedMesh { mesh, without_uv } = found;
     let kinds: [fn(&MeshPart, &str) -> bool; 3] = [
         |part, name| part.object == name,
         // A polygon may be in several groups.
@@ -228,7 +262,9 @@ fn part(mesh: Mesh, file: &MeshFile) -> Result<Mesh> {
         |part, name| part.material == name,
     ];
     let path = &file.file;
-    let Some(kind) = kinds.into_iter().find(|kind| mesh.parts().iter().any(|p| kind(p, name)))
+    let bare = &without_uv.parts;
+    let Some(kind) =
+        kinds.into_iter().find(|kind| mesh.parts().iter().chain(bare).any(|p| kind(p, name)))
     else {
         let hint = match file.choice() {
             MeshChoice { name: None, .. } => " (only GLB and glTF files have several UV sets)",
@@ -237,38 +273,37 @@ fn part(mesh: Mesh, file: &MeshFile) -> Result<Mesh> {
         return Err(Failure::input(format!(
             "{path}: no object, group or material is named {:?}{hint}; {}",
             shortened(name),
-            known(mesh.parts())
+            known(mesh.parts().iter().chain(bare))
         )));
     };
-    mesh.only_parts(|part| kind(part, name)).or_input().map_err(|failure| failure.context(path))
+    let is_kept = |part: &MeshPart| kind(part, name);
+    if !mesh.parts().iter().any(is_kept) {
+        let name = shortened(name);
+        return Err(Failure::input(format!("{path}: no polygon of {name:?} has UV coordinates")));
+    }
+    let without_uv = without_uv.only_parts(is_kept);
+    let mesh = mesh.only_parts(is_kept).or_input().map_err(|failure| failure.context(path))?;
+    Ok(TexturedMesh { mesh, without_uv })
 }
 
 /// The names of parts, for messages.
-fn known(parts: &[MeshPart]) -> String {
-    let mut names: Vec<String> = Vec::new();
+fn known<'p>(parts: impl Iterator<Item = &'p MeshPart> + Clone) -> String {
     let kinds: [fn(&MeshPart) -> &str; 3] = [|p| &p.object, |p| &p.group, |p| &p.material];
-    for kind in kinds {
-        for name in parts.iter().map(kind).filter(|name| !name.is_empty()) {
-            if names.len() > MAX_LISTED {
-                break;
-            }
-            let name = shortened(name);
-            if !names.contains(&name) {
-                names.push(name);
-            }
-        }
-    }
+    let all = kinds.into_iter().flat_map(|kind| parts.clone().map(kind));
+    let mut known = HashSet::new();
+    let names: Vec<&str> = all.filter(|name| !name.is_empty() && known.insert(*name)).collect();
     if names.is_empty() {
         return "the file names none".to_owned();
     }
-    if names.len() > MAX_LISTED {
-        names[MAX_LISTED] = "...".to_owned();
+    let shown: Vec<String> = names.iter().take(MAX_LISTED).map(|name| shortened(name)).collect();
+    match names.len().saturating_sub(MAX_LISTED) {
+        0 => format!("must be one of {}", shown.join(", ")),
+        more => format!("must be one of {} and {more} more", shown.join(", ")),
     }
-    format!("must be one of {}", names.join(", "))
 }
 
 fn shortened(name: &str) -> String {
-    match name.char_indices().nth(MAX_LISTED) {
+    match name.char_indices().nth(MAX_SHOWN) {
         Some((end, _)) => format!("{}…", &name[..end]),
         None => name.to_owned(),
     }
@@ -365,6 +400,46 @@ mod tests {
         assert_eq!((loaded.mesh.polygon_count(), &*loaded.name), (1, "a.obj#cap"));
         let refused = read(Input::bytes("a.obj#hat", text.as_bytes())).unwrap_err().to_string();
         assert!(refused.starts_with("a.obj: ") && refused.ends_with("face, cap"), "{refused}");
+    }
+
+    #[test]
+    fn parts_without_coordinates_are_left_out() {
+        let text = format!(
+            "{SQUARE}o face\nf 1/1 2/2 3/3\no hair\nf 1 3 4\nf 1 2 4\nusemtl skin\nf 1/1 3/3 4/4\n\
+             o cap\nf 2 3 4\n"
+        );
+        let load = |selector: &str| read(Input::bytes(format!("a.obj{selector}"), text.as_bytes()));
+        for (selector, polygons, left_out) in [
+            (
+                "",
+                2,
+                Some(
+                    "a.obj: 3 polygons have no UV coordinates and are left out: \"hair\", \"cap\"",
+                ),
+            ),
+            ("#face", 1, None),
+            (
+                "#hair",
+                1,
+                Some("a.obj#hair: 2 polygons have no UV coordinates and are left out: \"hair\""),
+            ),
+            (
+                "#skin",
+                1,
+                Some("a.obj#skin: 1 polygon has no UV coordinates and is left out: \"cap\""),
+            ),
+        ] {
+            let loaded = load(selector).unwrap();
+            let found = (loaded.mesh.polygon_count(), loaded.left_out());
+            assert_eq!(found, (polygons, left_out.map(str::to_owned)), "{selector}");
+        }
+        let refused = |selector: &str| load(selector).unwrap_err().to_string();
+        assert_eq!(refused("#cap"), "a.obj: no polygon of \"cap\" has UV coordinates");
+        assert!(
+            refused("#hat").ends_with("must be one of face, hair, cap, skin"),
+            "{}",
+            refused("#hat")
+        );
     }
 
     #[test]

@@ -43,7 +43,7 @@ pub struct UvReading {
 impl UvReading {
     /// Applies it to one of the meshes, and notes what was moved.
     pub fn apply(&self, loaded: LoadedMesh, side: Side, observer: &dyn Observer) -> LoadedMesh {
-        let LoadedMesh { mut mesh, name } = loaded;
+        let LoadedMesh { mut mesh, name, without_uv } = loaded;
         for (axis, flipped) in [(UvAxis::U, &self.flip_u), (UvAxis::V, &self.flip_v)] {
             if flipped.contains(&side) {
                 mesh = mesh.flipped(axis);
@@ -51,8 +51,8 @@ impl UvReading {
         }
         let before = count_outside(&mesh);
         let (mesh, what) = match self.outside {
-            _ if before == 0 => return LoadedMesh { mesh, name },
-            Outside::Unlinked => return LoadedMesh { mesh, name },
+            _ if before == 0 => return LoadedMesh { mesh, name, without_uv },
+            Outside::Unlinked => return LoadedMesh { mesh, name, without_uv },
             Outside::Clamp => (mesh.clamped(), "clamped to"),
             Outside::Repeat => (mesh.repeated(), "moved into"),
         };
@@ -60,7 +60,7 @@ impl UvReading {
         let triangles = if changed == 1 { "triangle" } else { "triangles" };
         let changed = grouped(changed);
         observer.note(&format!("{name}: {changed} {triangles} {what} the unit square"));
-        LoadedMesh { mesh, name }
+        LoadedMesh { mesh, name, without_uv }
     }
 }
 

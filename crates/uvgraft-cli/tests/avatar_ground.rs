@@ -428,3 +428,28 @@ fn what_a_model_lacks_or_has_too_much_of() {
     let told = bench.run(&format!("{command} --verbose"));
     assert!(told.stderr.contains("note: model.npz: unused: dd, allow_pickle"), "{}", told.stderr);
 }
+
+#[test]
+fn correctives_of_any_shape_leave_the_rig_alone() {
+    let bench = demo();
+    let mut arrays = walkers::model(BodyKind::SmplX);
+    let vertices = arrays.get("v_template").unwrap().shape()[0];
+    let command = format!("{COMMAND} --body model.npz -o me.glb");
+    let mut run_with = |shape: &[usize]| {
+        arrays.insert("posedirs", floats(shape, vec![0.0; shape.iter().product()]));
+        save_model(&bench, "model.npz", &arrays);
+        bench.run(&command)
+    };
+    for shape in [[3 * vertices, 486], [486, 3 * vertices]] {
+        let run = run_with(&shape);
+        assert!(run.code == Some(0) && !run.stderr.contains("corrective"), "{run:?}");
+    }
+    for shape in [vec![vertices, 3, 93], vec![486 * vertices, 3], vec![vertices, 3, 207]] {
+        let run = run_with(&shape);
+        let told = format!(
+            "note: model.npz: pose correctives are left out: `posedirs` must have shape \
+             [{vertices}, 3, 486], got {shape:?}"
+        );
+        assert!(run.code == Some(0) && run.stderr.contains(&told), "{run:?}");
+    }
+}

@@ -129,6 +129,50 @@ fn a_pair_with_islands_in_other_tiles_is_warned_of() {
 }
 
 #[test]
+fn avatars_are_described() {
+    let bench = Bench::new();
+    let strip = Strip::new();
+    bench.write("strip.glb", strip.glb());
+    bench.write("strip.bin", &strip.binary);
+    let apart = strip.clone().with("/buffers/0/uri", "strip.bin".into());
+    bench.write("strip.gltf", apart.json.to_string());
+    for file in ["strip.glb", "strip.gltf"] {
+        let report = bench.succeed(&format!("inspect {file}"));
+        for (name, wanted) in [
+            ("format", "glTF 2.0"),
+            ("parts", "1; 6 vertices, 4 triangles"),
+            ("  strip / cloth", "6 vertices, 4 triangles, UV set 0, skinned, 1 morph targets"),
+            ("skeleton", "2 joints"),
+            ("morph targets", "1: bulge"),
+            ("clips", "1: bend (1.00 s)"),
+        ] {
+            assert_eq!(row(&report, name), wanted, "{file}: {report}");
+        }
+        assert!(report.contains("bytes; baseColorTexture of cloth"), "{report}");
+        let document = json(&bench.succeed(&format!("inspect {file} --json")));
+        assert_eq!(document["images"][0]["size"], serde_json::json!([2, 2]));
+        assert_eq!(document["clips"][0]["seconds"], 1.0);
+        assert_eq!(document["parts"][0]["uv_sets"], serde_json::json!([0]));
+    }
+    let vrm = serde_json::json!({
+        "specVersion": "1.0",
+        "humanoid": { "humanBones": { "hips": { "node": 0 }, "head": { "node": 1 } } },
+        "expressions": { "preset": { "aa": {} } },
+        "meta": { "thumbnailImage": 0 },
+    });
+    let vrm = strip.with("/extensions", serde_json::json!({ "VRMC_vrm": vrm }));
+    bench.write("me.vrm", vrm.glb());
+    let report = bench.succeed("inspect me.vrm");
+    assert_eq!(row(&report, "format"), "VRM 1.0");
+    assert_eq!(row(&report, "humanoid bones"), "2: head, hips");
+    assert_eq!(row(&report, "expressions"), "1: aa");
+    assert!(report.contains("baseColorTexture of cloth, thumbnailImage"), "{report}");
+    bench.refuse("inspect me.vrm --preview out.png", &["me.vrm", "--preview is for pair files"]);
+    bench.write("cut.glb", &vrm.glb()[..200]);
+    bench.refuse("inspect cut.glb", &["cut.glb: truncated"]);
+}
+
+#[test]
 fn bad_input_is_refused() {
     let bench = Bench::new();
     bench.refuse("inspect mesh my.uvpair", &["my.uvpair", "not an OBJ file"]);

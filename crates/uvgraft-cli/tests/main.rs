@@ -10,6 +10,7 @@ mod bench;
 mod blending;
 mod compare;
 mod completions;
+mod dialects;
 mod doctor;
 mod documents;
 mod dots;

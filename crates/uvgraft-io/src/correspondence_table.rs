@@ -26,7 +26,8 @@ pub use self::layout::{LayoutUv, TexelLayout};
 pub use self::layout_mesh::{LayoutMesh, layout_mesh};
 pub use self::vertex_tables::{FoundTable, TableFitError, vertex_tables};
 use crate::arrays::collect::{Collector, single};
-use crate::arrays::error::{Unread, foreign_file, listed};
+use crate::arrays::error::{Unread, foreign_file};
+use crate::arrays::listed;
 use crate::arrays::named::Held;
 use crate::arrays::npy::{self, Content};
 use crate::arrays::{

@@ -28,6 +28,7 @@ pub mod pair_file;
 pub mod pickle;
 pub mod ply;
 pub mod sampling_map;
+pub mod textured;
 pub mod tflite;
 pub mod torch;
 pub mod tracking;

@@ -17,6 +17,7 @@ mod write;
 use uvgraft::mesh::{Mesh, MeshError};
 
 use crate::input::{Input, ReadError};
+use crate::textured::TexturedMesh;
 
 pub use self::write::{save, write};
 
@@ -31,6 +32,9 @@ pub enum ObjError {
     /// The file is empty.
     #[error("the file is empty")]
     Empty,
+    /// Text of 16-bit units.
+    #[error("text must be UTF-8, ASCII or Latin-1, got UTF-16: save the file as UTF-8")]
+    Utf16,
     /// A line starts with bytes that are not text.
     #[error("not an OBJ file: byte 0x{byte:02x} in a keyword on line {line}")]
     Binary {
@@ -174,11 +178,30 @@ pub enum ObjError {
 ///   indices must be integers; they are not resolved.
 ///
 /// # Errors
-/// [`ObjError`] at the first malformed line. Indices beyond what has been defined so far are
-/// checked at the end of the file, as a face may precede its vertices.
+/// [`ObjError`] at the first malformed line, and for polygons without texture coordinates. Indices
+/// beyond what has been defined so far are checked at the end of the file, as a face may precede its
+/// vertices.
 pub fn parse(bytes: &[u8]) -> Result<Mesh, ObjError> {
+    let (found, first_without_uv) = parsed(bytes)?;
+    first_without_uv.map_or(Ok(found.mesh), Err)
+}
+
+/// Reads the polygons that have texture coordinates from the bytes of an OBJ file; see [`parse`].
+/// Those of which no corner has any are left out.
+///
+/// # Errors
+/// As [`parse`]; also if no polygon has texture coordinates.
+pub fn parse_textured(bytes: &[u8]) -> Result<TexturedMesh, ObjError> {
+    parsed(bytes).map(|(found, _)| found)
+}
+
+/// The mesh, and the error of the first polygon that is left out.
+fn parsed(bytes: &[u8]) -> Result<(TexturedMesh, Option<ObjError>), ObjError> {
     if bytes.is_empty() {
         return Err(ObjError::Empty);
+    }
+    if bytes.starts_with(b"\xff\xfe") || bytes.starts_with(b"\xfe\xff") {
+        return Err(ObjError::Utf16);
     }
     let text = bytes.strip_prefix(b"\xef\xbb\xbf").unwrap_or(bytes);
     let mut cursor = cursor::Cursor::new(text);
@@ -198,6 +221,14 @@ pub fn parse(bytes: &[u8]) -> Result<Mesh, ObjError> {
 /// [`parse`]. Each names the file.
 pub fn read(input: impl Into<Input>) -> Result<Mesh, ReadError<ObjError>> {
     input.into().parse(MAX_FILE_BYTES, parse)
+}
+
+/// Reads the polygons that have texture coordinates from an OBJ file; see [`parse_textured`].
+///
+/// # Errors
+/// As [`read`].
+pub fn read_textured(input: impl Into<Input>) -> Result<TexturedMesh, ReadError<ObjError>> {
+    input.into().parse(MAX_FILE_BYTES, parse_textured)
 }
 
 /// A piece of input for a message: printable, and no longer than a line.

@@ -15,9 +15,10 @@ mod header;
 mod tests;
 mod values;
 
-use uvgraft::mesh::{Mesh, MeshError};
+use uvgraft::mesh::MeshError;
 
 use crate::input::{Input, ReadError, beginning};
+use crate::textured::TexturedMesh;
 
 /// Larger files are rejected by [`read`] before they are loaded.
 pub const MAX_FILE_BYTES: u64 = 1 << 31;
@@ -113,15 +114,16 @@ pub enum PlyError {
 /// Reads a mesh from the bytes of a PLY file.
 ///
 /// - Vertices keep their order and count, used or not; polygons keep their order and corners.
-/// - Texture coordinates of faces come before those of vertices, if a file has both. Those of
+/// - Texture coordinates of faces come before those of vertices, if a file has both; faces without
+///   any, among others with, are left out. Those of
 ///   vertices keep their order; those of faces are stored once for each vertex and value, in order
 ///   of first use. `v` is flipped, to `1 - v` in 64 bits before it is rounded to 32.
-/// - [`Mesh::parts`] has the texture of consecutive polygons as material if the file names textures
+/// - [`Mesh::parts`](uvgraft::Mesh::parts) has the texture of consecutive polygons as material if the file names textures
 ///   (`comment TextureFile`) or numbers them (`texnumber`).
 ///
 /// # Errors
 /// [`PlyError`] for anything truncated, malformed or without texture coordinates.
-pub fn parse(bytes: &[u8]) -> Result<Mesh, PlyError> {
+pub fn parse(bytes: &[u8]) -> Result<TexturedMesh, PlyError> {
     let (header, body) = header::parse(bytes)?;
     build::mesh(&header, body)
 }
@@ -131,7 +133,7 @@ pub fn parse(bytes: &[u8]) -> Result<Mesh, PlyError> {
 /// # Errors
 /// [`ReadError`] if the file cannot be read, is larger than [`MAX_FILE_BYTES`], or is rejected by
 /// [`parse`]. Each names the file.
-pub fn read(input: impl Into<Input>) -> Result<Mesh, ReadError<PlyError>> {
+pub fn read(input: impl Into<Input>) -> Result<TexturedMesh, ReadError<PlyError>> {
     input.into().parse(MAX_FILE_BYTES, parse)
 }
 

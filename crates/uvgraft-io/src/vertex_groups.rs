@@ -30,8 +30,8 @@ pub const MAX_IDS: usize = 1 << 24;
 /// Maximum length of a name in bytes.
 const LONGEST_NAME: usize = 256;
 
-/// Maximum number of names listed in an error.
-const MAX_LISTED: usize = 64;
+/// Maximum number of names listed in an error: SMPL-X's segmentation has 27.
+const MAX_LISTED: usize = 32;
 
 /// Why vertex groups were rejected. Entries count from 1.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
@@ -287,12 +287,12 @@ impl<'de> Visitor<'de> for JsonGroups {
 
 /// Names for a message: printable, and not too many.
 fn listed(names: &[String]) -> String {
-    let mut text: Vec<String> =
+    let text: Vec<String> =
         names.iter().take(MAX_LISTED).map(|name| format!("`{}`", name.escape_debug())).collect();
-    if names.len() > MAX_LISTED {
-        text.push(format!("{} more", names.len() - MAX_LISTED));
+    match names.len().saturating_sub(MAX_LISTED) {
+        0 => text.join(", "),
+        more => format!("{} and {more} more", text.join(", ")),
     }
-    text.join(", ")
 }
 
 #[cfg(test)]

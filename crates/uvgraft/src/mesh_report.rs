@@ -1,6 +1,6 @@
 //! Statistics of one mesh and its layout: what one wants to know of a file before pairing it.
 
-use crate::anatomy::{Anatomy, Area};
+use crate::anatomy::{Anatomy, Area, Landmark};
 use crate::disjoint::DisjointSets;
 use crate::islands::Islands;
 use crate::known::{Recognition, recognise};
@@ -67,7 +67,7 @@ pub struct MeshReport {
 pub enum Subject {
     /// A head, perhaps with neck and shoulders.
     Head,
-    /// A body with hands or feet.
+    /// A body, at least from the hips up.
     Body,
 }
 
@@ -196,8 +196,25 @@ impl EdgeCounts {
 fn subject(mesh: &Mesh) -> Option<Subject> {
     let anatomy = Anatomy::find(mesh).ok()?;
     let has = |area| anatomy.area(area).iter().any(|&weight| weight > 0.5);
-    let is_body = has(Area::Hands) || has(Area::Feet);
+    // Hands in pockets and feet in shoes are not found.
+    let is_body = has(Area::Hands) || has(Area::Feet) || reaches_hips(mesh, &anatomy);
     Some(if is_body { Subject::Body } else { Subject::Head })
+}
+
+/// Whether the mesh goes on below the chin for more than a bust does.
+fn reaches_hips(mesh: &Mesh, anatomy: &Anatomy) -> bool {
+    /// In heights of the head from crown to chin: FLAME, a head with shoulders, has 0.4 of them
+    /// below the chin, and SMPL-X 5.8, of which hips are at about 2.5.
+    const BELOW_CHIN: f64 = 2.0;
+    let height = |point: [f64; 3]| anatomy.frame().local(point)[1];
+    let [Some(crown), Some(chin)] = [Landmark::Crown, Landmark::Chin].map(|it| anatomy.point(it))
+    else {
+        return false;
+    };
+    let (crown, chin) = (height(crown), height(chin));
+    let heights = mesh.positions().iter().zip(is_used(mesh)).filter(|(_, is_used)| *is_used);
+    let lowest = heights.map(|(position, _)| height(position.map(f64::from)));
+    chin - lowest.fold(chin, f64::min) > BELOW_CHIN * (crown - chin)
 }
 
 /// The units in which the longest side of the bounds is that of a person: 12 to 60 cm for a head,
@@ -303,6 +320,32 @@ mod tests {
         // A body in centimetres or a head in millimetres.
         assert_eq!(of(250.0, None), [Centimetre, Millimetre]);
         assert_eq!(of(1e6, None), []);
+    }
+
+    #[test]
+    fn bodies_are_told_from_heads_by_shape() {
+        let figure = uvgraft_figure::Figure::new();
+        let body = &figure.body;
+        let anatomy = Anatomy::find(body).unwrap();
+        let is_end = |vertex: u32| {
+            let weight = |area| anatomy.area(area)[vertex as usize];
+            weight(Area::Hands) > 0.0 || weight(Area::Feet) > 0.0
+        };
+        let kept: Vec<usize> = (0..body.faces().len())
+            .filter(|&face| !body.faces()[face].iter().any(|&vertex| is_end(vertex)))
+            .collect();
+        assert!(kept.len() < body.faces().len());
+        let only = |faces: &[[u32; 3]]| kept.iter().map(|&face| faces[face]).collect::<Vec<_>>();
+        let (positions, uv) = (body.positions().to_vec(), body.uv().to_vec());
+        let cut = Mesh::from_triangles(positions, uv, &only(body.faces()), &only(body.uv_faces()));
+        let cut = cut.unwrap();
+        for (mesh, subject) in
+            [(&figure.head, Subject::Head), (body, Subject::Body), (&cut, Subject::Body)]
+        {
+            let found = super::subject(mesh);
+            assert_eq!(found, Some(subject));
+            assert_eq!(units(bounds(mesh), found), [Unit::Metre], "{subject:?}");
+        }
     }
 
     #[test]

@@ -117,6 +117,9 @@ impl RiggedBody {
         if request.verbose && !unused.is_empty() {
             observer.note(format_args!("{file}: unused: {}", unused.join(", ")));
         }
+        if let Some(why) = model.correctives_left_out() {
+            observer.note(format_args!("{file}: pose correctives are left out: {why}"));
+        }
         let shape = match &request.shape {
             Some(values) => model
                 .named_shape(values)
@@ -142,7 +145,11 @@ impl RiggedBody {
                 apart.push((clip.name.clone(), shaped.deviation(&avatar, clip).or_work()?));
             }
         }
-        let name = format!("{} of {file}", model.kind().name());
+        // Of the family, only the open body has named parts.
+        let name = match parts.is_empty() {
+            true => format!("{} of {file}", model.kind().name()),
+            false => format!("the open body of {file}"),
+        };
         let solved = Some((model.kind(), solved));
         let has_mouth = parts.iter().any(|part| part == "tongue");
         Ok(Self { avatar, name, apart, grounds, solved, license, has_mouth })

@@ -1,6 +1,7 @@
 //! What a head texture is made of, and how.
 
 use uvgraft::{Mesh, Size, Texture};
+use uvgraft_avatar::body::BodyModel;
 use uvgraft_figure::{Figure, paint_head};
 use uvgraft_io::image;
 use uvgraft_io::input::Input;
@@ -200,7 +201,7 @@ impl SelfieRequest {
     /// were not imported.
     pub fn make(&self, observer: &dyn Observer) -> Result<MadeSelfie> {
         let frames = self.checked()?;
-        let head = self.given_head()?;
+        let head = self.given_head(observer)?;
         MadeSelfie::new(head, &frames, &self.photo_options, self.size, observer)
     }
 
@@ -220,13 +221,17 @@ impl SelfieRequest {
         Frames::new(&self.photos, self.photo_options.frames)
     }
 
-    fn given_head(&self) -> Result<GivenHead> {
+    fn given_head(&self, observer: &dyn Observer) -> Result<GivenHead> {
         let (mesh, name, flame) = match &self.head {
             Head::Figure => (Figure::new().head, "the demo's figure".to_owned(), None),
             Head::Mesh { mesh, name } => (mesh.clone(), name.clone(), None),
             Head::File(file) => {
-                let loaded = mesh_file::read(file)?;
-                (loaded.mesh, loaded.name, tracked::flame(file))
+                let loaded = mesh_file::read_noting(file, observer)?;
+                let flame = tracked::flame(file);
+                if let Some(why) = flame.as_ref().and_then(BodyModel::correctives_left_out) {
+                    observer.warn(format_args!("{file}: pose correctives are left out: {why}"));
+                }
+                (loaded.mesh, loaded.name, flame)
             }
         };
         Ok(GivenHead { mesh, name, flame })

@@ -5,9 +5,9 @@ use uvgraft_io::arrays::{ArrayFile, ArraySelection as Wanted, NamedArrays};
 use uvgraft_io::input::{Input, ReadError};
 
 use super::fields::Fields;
-use super::model::{EXPRESSION_NAMES, read_correctives, read_kind, split};
+use super::model::{EXPRESSION_NAMES, read_kind, split};
 use super::named_shapes::{GRIDS, PARAMETERS};
-use super::{BodyError, BodyModel, Gender};
+use super::{BodyError, BodyModel, Gender, posedirs};
 
 /// The parts of a model to read.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -64,7 +64,6 @@ const LICENSE: &str = "license";
 const PART_NAMES: &str = "part_names";
 const KIND: &str = "kintree_table";
 const SHAPES: &str = "shapedirs";
-const POSES: &str = "posedirs";
 
 impl ModelFile {
     /// Reads a model from a file or bytes; see [`BodyModel::from_arrays`] for the expected arrays, and
@@ -127,18 +126,14 @@ impl ModelFile {
             (false, None) => None,
         };
         if let Some(features) = features {
-            let all = kind.features();
-            let poses = file.read(|name, shape| match shape {
-                // Any other shape is refused below.
-                &[_, _, found] if name == POSES && found == all => {
-                    Wanted::Columns(vec![features.clone()])
-                }
-                _ if name == POSES => Wanted::All,
+            let vertices = model.vertices();
+            let poses = file.read(|name, shape| match name {
+                posedirs::KEY => posedirs::selection(shape, kind, vertices, &features),
                 _ => Wanted::Nothing,
             });
             let poses = poses.map_err(in_body)?;
-            let poses = read_correctives(&Fields(&poses), &model, Some(features));
-            model.correctives = poses.map_err(refused)?;
+            let found = posedirs::read(&Fields(&poses), kind, vertices, features);
+            (model.correctives, model.correctives_left_out) = found.map_err(refused)?;
         }
         Ok(Self { model, gender, license, parts, unused })
     }
@@ -166,7 +161,7 @@ fn is_whole(name: &str) -> bool {
 
 fn unused(arrays: &NamedArrays) -> Vec<String> {
     let is_used = |name: &&str| {
-        is_whole(name) || [KIND, SHAPES, POSES].contains(name) || ELSEWHERE.contains(name)
+        is_whole(name) || [KIND, SHAPES, posedirs::KEY].contains(name) || ELSEWHERE.contains(name)
     };
     arrays.names().filter(|name| !is_used(name)).map(str::to_owned).collect()
 }
@@ -237,16 +232,74 @@ mod tests {
     }
 
     #[test]
-    fn correctives_may_be_missing_but_not_malformed() {
+    fn correctives_may_be_missing_but_not_damaged() {
         let mut without = arrays(12);
         without.take("posedirs");
         assert!(!BodyModel::from_arrays(&without).unwrap().has_correctives());
         let (_folder, path) = saved(&without);
         assert!(!ModelFile::read(&path, &ReadOptions::ALL).unwrap().model.has_correctives());
-        let wrong = NumericArray::new_f32(vec![7, 3, 35], vec![0.0; 735]).unwrap();
-        without.insert("posedirs", wrong);
-        let (_folder, path) = saved(&without);
+        let mut broken = arrays(12);
+        let values = [&[f32::NAN], &[0.0; 755][..]].concat();
+        broken.insert("posedirs", NumericArray::new_f32(vec![7, 3, 36], values).unwrap());
+        let (_folder, path) = saved(&broken);
         let error = ModelFile::read(&path, &ReadOptions::ALL).unwrap_err().to_string();
-        assert!(error.contains("`posedirs` must have shape [7, 3, 36], got [7, 3, 35]"), "{error}");
+        assert!(error.contains("`posedirs` must be finite, got NaN at index 0"), "{error}");
+    }
+
+    #[test]
+    fn correctives_are_read_in_any_arrangement() {
+        let usual = arrays(12);
+        let values = usual.get("posedirs").unwrap().f32s().into_owned();
+        let first: Vec<f32> =
+            (0..36).flat_map(|k| values.iter().skip(k).step_by(36).copied()).collect();
+        let turned = |turns: &[(usize, [f32; 3])]| {
+            let mut all = [[0.0; 3]; 5];
+            turns.iter().for_each(|&(joint, turn)| all[joint] = turn);
+            Pose::from_axis_angles([0.0; 3], &all)
+        };
+        let jaw = turned(&[(2, [0.3, 0.1, 0.0])]);
+        let both = turned(&[(1, [0.0, 0.4, 0.0]), (2, [0.3, 0.1, 0.0])]);
+        let posed =
+            |model: &BodyModel, pose| model.shaped(&Shape::default()).unwrap().posed(pose).unwrap();
+        let wanted = BodyModel::from_arrays(&usual).unwrap();
+        for (shape, values) in [
+            (vec![7, 3, 36], &values),
+            (vec![21, 36], &values),
+            (vec![36, 7, 3], &first),
+            (vec![36, 21], &first),
+        ] {
+            let mut arrays = usual.clone();
+            let array = NumericArray::new_f32(shape.clone(), values.clone()).unwrap();
+            arrays.insert("posedirs", array);
+            let whole = BodyModel::from_arrays(&arrays).unwrap();
+            assert_eq!(posed(&whole, &both), posed(&wanted, &both), "{shape:?}");
+            let (_folder, path) = saved(&arrays);
+            let all = ModelFile::read(&path, &ReadOptions::ALL).unwrap().model;
+            assert_eq!(posed(&all, &both), posed(&wanted, &both), "{shape:?}");
+            let few = ReadOptions { betas: 4, correctives: false };
+            let few = ModelFile::read(&path, &few).unwrap().model;
+            assert_eq!(posed(&few, &jaw), posed(&wanted, &jaw), "{shape:?}");
+            assert_eq!(few.correctives_left_out(), None);
+        }
+    }
+
+    #[test]
+    fn unknown_correctives_are_left_out_with_a_reason() {
+        for shape in [vec![7, 3, 35], vec![7, 3, 93], vec![756], vec![36, 7], vec![8, 3, 36]] {
+            let mut arrays = arrays(12);
+            let values = vec![0.5; shape.iter().product()];
+            arrays.insert("posedirs", NumericArray::new_f32(shape.clone(), values).unwrap());
+            let wanted = format!("`posedirs` must have shape [7, 3, 36], got {shape:?}");
+            let (_folder, path) = saved(&arrays);
+            let few = ReadOptions { betas: 4, correctives: false };
+            for model in [
+                BodyModel::from_arrays(&arrays).unwrap(),
+                ModelFile::read(&path, &ReadOptions::ALL).unwrap().model,
+                ModelFile::read(&path, &few).unwrap().model,
+            ] {
+                assert!(!model.has_correctives());
+                assert_eq!(model.correctives_left_out(), Some(wanted.as_str()));
+            }
+        }
     }
 }

@@ -22,6 +22,7 @@ mod model;
 mod named_expressions;
 mod named_shapes;
 mod pose;
+mod posedirs;
 mod rigged;
 mod shaped;
 

@@ -1,7 +1,6 @@
 //! A body model, as stored in its file.
 
 use std::collections::BTreeSet;
-use std::ops::Range;
 
 use uvgraft::threads;
 use uvgraft_io::arrays::NamedArrays;
@@ -9,7 +8,7 @@ use uvgraft_io::arrays::NamedArrays;
 use super::correctives::Correctives;
 use super::fields::{Axis, Fields};
 use super::hands::Hand;
-use super::{BodyError, BodyKind, NamedShapes, Shaped};
+use super::{BodyError, BodyKind, NamedShapes, Shaped, posedirs};
 use crate::rig::{Joint, Skeleton, Skin};
 
 /// Upper limit of the number of vertices: as many as 24-bit indices can address.
@@ -33,6 +32,8 @@ pub struct BodyModel {
     expression_names: Vec<String>,
     pub(super) named_shapes: Option<NamedShapes>,
     pub(super) correctives: Correctives,
+    /// Why the file's pose correctives are not in `correctives`, if they are not.
+    pub(super) correctives_left_out: Option<String>,
     /// For each joint, the vertices that determine its position, with their weights.
     regressor: Vec<Vec<(u32, f32)>>,
     /// Joints that do not follow from vertices.
@@ -75,7 +76,9 @@ impl BodyModel {
     ///   next 100 expression; of fewer, the first 10 and the next 10.
     /// - `J_regressor` `[J, V]`, `weights` `[V, J]`, `f` `[F, 3]`.
     /// - `kintree_table` `[2, J]`: parents, then joints. The number of joints determines the kind.
-    /// - Optional: `posedirs` `[V, 3, 9 * (J - 1)]`, without which poses have no correctives,
+    /// - Optional: `posedirs` `[V, 3, 9 * (J - 1)]`, also flattened to `[3 V, 9 * (J - 1)]` or with
+    ///   the last axis first; without it, and with any other shape, poses have no correctives:
+    ///   see [`BodyModel::correctives_left_out`];
     ///   `hands_componentsl`, `hands_componentsr` `[45, 45]` and `hands_meanl`, `hands_meanr`
     ///   `[45]`; `J_template` `[J, 3]` and `J_shapedirs` `[J, 3, S]`, which place the joints instead of
     ///   the regressor; `expression_names`, a string with a line for each component of `exprdirs`; and
@@ -91,7 +94,9 @@ impl BodyModel {
         let fields = Fields(arrays);
         let kind = read_kind(&fields)?;
         let mut model = Self::without_correctives(&fields, kind, None)?;
-        model.correctives = read_correctives(&fields, &model, None)?;
+        let all = 0..kind.features();
+        (model.correctives, model.correctives_left_out) =
+            posedirs::read(&fields, kind, model.vertices(), all)?;
         Ok(model)
     }
 
@@ -145,6 +150,7 @@ impl BodyModel {
             expression_names,
             named_shapes,
             correctives,
+            correctives_left_out: None,
             regressor,
             own_joints,
             skin,
@@ -156,6 +162,12 @@ impl BodyModel {
     /// Whether poses have correctives; models without `posedirs` have none.
     pub fn has_correctives(&self) -> bool {
         !self.correctives.is_none()
+    }
+
+    /// Why the pose correctives of the file are left out, if they are: `posedirs` has another shape
+    /// than any that is known.
+    pub fn correctives_left_out(&self) -> Option<&str> {
+        self.correctives_left_out.as_deref()
     }
 
     /// The member of the family.
@@ -329,23 +341,6 @@ pub(super) fn read_kind(fields: &Fields<'_>) -> Result<BodyKind, BodyError> {
         }
     }
     Ok(kind)
-}
-
-/// Reads the pose correctives, if the file has any.
-///
-/// - `known`: the features that the array covers, if not all.
-pub(super) fn read_correctives(
-    fields: &Fields<'_>,
-    model: &BodyModel,
-    known: Option<Range<usize>>,
-) -> Result<Correctives, BodyError> {
-    let (vertices, features) = (model.vertices(), model.kind.features());
-    if !fields.has("posedirs") {
-        return Ok(Correctives::none(vertices, features));
-    }
-    let known = known.unwrap_or(0..features);
-    let wanted = [Axis::Is(vertices), Axis::Is(3), Axis::Is(known.len())];
-    Ok(Correctives::new(&fields.floats("posedirs", &wanted)?.0, known, features))
 }
 
 /// Splits the components of an array into shape and expression; the rest is not used.

@@ -11,7 +11,8 @@ use uvgraft::mesh::TileFaces;
 use uvgraft::mesh_report::{MeshReport, OVERLAP_SIDE, Subject};
 use uvgraft_pipeline::Outputs;
 
-use super::layout_picture;
+use super::{layout_picture, listed};
+use crate::failure::note;
 use crate::recognition::{self, triangles};
 use crate::report::grouped;
 use crate::terminal;
@@ -42,7 +43,9 @@ pub(super) fn run(args: &Args) -> anyhow::Result<ExitCode> {
         check_name(preview, "a preview")?;
         Outputs::new(MeshFile::parse(&(&args.mesh).into()).file.path()).check(preview)?;
     }
-    let LoadedMesh { mesh, name } = mesh_file::read(&args.mesh)?;
+    let loaded = mesh_file::read(&args.mesh)?;
+    loaded.left_out().into_iter().for_each(note);
+    let LoadedMesh { mesh, name, .. } = loaded;
     let report = MeshReport::new(&mesh);
     let parts = part_names(mesh.parts());
     if args.json {
@@ -137,20 +140,6 @@ fn counted(count: usize, part: usize, what: &str) -> String {
         0 => grouped(count),
         part => format!("{} ({} {what})", grouped(count), grouped(part)),
     }
-}
-
-/// As many names as fit a line.
-fn listed(names: &[String]) -> String {
-    const LENGTH: usize = 64;
-    let mut text = String::new();
-    for (index, name) in names.iter().enumerate() {
-        if index > 0 && text.chars().count() + name.chars().count() > LENGTH {
-            let _ = write!(text, " and {} more", grouped(names.len() - index));
-            break;
-        }
-        let _ = write!(text, "{}{name}", if index > 0 { ", " } else { "" });
-    }
-    text
 }
 
 /// The UV tiles, by UDIM number where they have one.

@@ -1,8 +1,10 @@
-//! `uvgraft inspect`: the contents of a pair file, and of a mesh.
+//! `uvgraft inspect`: the contents of a pair file, of an avatar, and of a mesh.
 
+mod avatar;
 mod layout_picture;
 mod mesh;
 
+use std::fmt::Write as _;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
@@ -10,22 +12,25 @@ use uvgraft_io::pair_file;
 use uvgraft_pipeline::Outputs;
 
 use crate::failure::{OrBadInput, bad_input, warn};
-use crate::{recognition, report};
+use crate::recognition;
+use crate::report::{self, grouped};
 use uvgraft_assembly::drawing::check_name;
 use uvgraft_assembly::pair_picture;
 
-/// Print the report of a pair file or of a mesh
+/// Print the report of a pair file, an avatar or a mesh
 ///
-/// `uvgraft inspect PAIR` is for pair files, `uvgraft inspect mesh MESH` for meshes.
+/// `uvgraft inspect PAIR` is for pair files, `uvgraft inspect AVATAR` for GLB, VRM and glTF files: their
+/// parts, images, skeleton, expressions and animations. `uvgraft inspect mesh MESH` is for meshes and
+/// their UV layouts.
 #[derive(clap::Args)]
 #[command(args_conflicts_with_subcommands = true, subcommand_negates_reqs = true)]
 pub(crate) struct Args {
     #[command(subcommand)]
     subject: Option<Subject>,
-    /// Pair file to inspect
+    /// Pair file, or GLB, VRM or glTF file, to inspect
     #[arg(required = true)]
     pair: Option<PathBuf>,
-    /// Draw both layouts, with linked triangles in matching colours
+    /// Draw both layouts of a pair, with linked triangles in matching colours
     #[arg(long, value_name = "OUT.png")]
     preview: Option<PathBuf>,
     /// Print the report as JSON
@@ -50,6 +55,17 @@ pub(crate) fn run(args: &Args) -> anyhow::Result<ExitCode> {
 }
 
 fn inspect_pair(args: &Args, pair: &Path) -> anyhow::Result<ExitCode> {
+    if avatar::is_avatar(pair) {
+        if args.preview.is_some() {
+            let pair = pair.display();
+            return Err(bad_input(format!(
+                "{pair}: --preview is for pair files, got an avatar; for its UV layout, use \
+                 `inspect mesh --preview`, for a picture of it `render`"
+            )));
+        }
+        avatar::print(pair, args.json)?;
+        return Ok(ExitCode::SUCCESS);
+    }
     if let Some(preview) = &args.preview {
         check_name(preview, "a preview")?;
         Outputs::new([pair]).check(preview)?;
@@ -72,7 +88,21 @@ fn inspect_pair(args: &Args, pair: &Path) -> anyhow::Result<ExitCode> {
     Ok(ExitCode::SUCCESS)
 }
 
+/// As many names as fit a line.
+fn listed(names: &[String]) -> String {
+    const LENGTH: usize = 64;
+    let mut text = String::new();
+    for (index, name) in names.iter().enumerate() {
+        if index > 0 && text.chars().count() + name.chars().count() > LENGTH {
+            let _ = write!(text, " and {} more", grouped(names.len() - index));
+            break;
+        }
+        let _ = write!(text, "{}{name}", if index > 0 { ", " } else { "" });
+    }
+    text
+}
+
 fn is_named_like_a_mesh(path: &Path) -> bool {
     let extension = path.extension().unwrap_or_default().to_ascii_lowercase();
-    ["obj", "glb", "gltf", "ply"].iter().any(|mesh| extension == *mesh)
+    ["obj", "glb", "gltf", "vrm", "ply", "npz", "pkl"].iter().any(|mesh| extension == *mesh)
 }

@@ -3,6 +3,7 @@
 use std::path::{Path, PathBuf};
 
 use anyhow::Context;
+use uvgraft::correspond::split_vertices::{MapLinks, MapUse, link_by_vertex_map};
 use uvgraft::correspond::surface::Align;
 use uvgraft::correspond::{self, By, FindOptions};
 use uvgraft::pair::OtherLayouts;
@@ -12,7 +13,7 @@ use uvgraft_pipeline::Failure;
 
 use super::{landmarks, table};
 use crate::choice::choice;
-use crate::failure::{OrBadInput, bad_input};
+use crate::failure::{OrBadInput, bad_input, note};
 use crate::heading;
 use crate::report::{Linked, Method};
 
@@ -152,11 +153,18 @@ impl Options {
     pub(super) fn link(&self, source: Mesh, target: Mesh) -> anyhow::Result<LinkedPair> {
         if let Some(path) = &self.vertex_map {
             let ids = vertex_map::read(path).or_bad_input()?;
-            let pair = Pair::by_vertex_map(source, target, &ids)
+            let MapLinks { pair, used, .. } = link_by_vertex_map(source, target, &ids)
                 .map_err(|error| Failure::option(error.to_string()).context(path.display()))
                 .or_bad_input()?;
+            if let Some(assumed) = used.assumed() {
+                note(format_args!("{}: {assumed}", path.display()));
+            }
+            let linked_by = match used {
+                MapUse::Connectivity(report) => Method::Found(correspond::Method::Topology(report)),
+                _ => Method::VertexMap,
+            };
             let (pair, other_layouts) = pair.in_one_layout();
-            let linked = Linked { linked_by: Method::VertexMap, not_linked_by: Vec::new() };
+            let linked = Linked { linked_by, not_linked_by: Vec::new() };
             return Ok(LinkedPair { pair, linked, other_layouts });
         }
         if let Some(path) = &self.table {

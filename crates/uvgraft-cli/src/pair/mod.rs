@@ -17,11 +17,11 @@ use uvgraft_io::pair_file;
 use uvgraft_pipeline::Outputs;
 
 use crate::choice::choice;
-use crate::failure::{Notes, bad_input, warn};
+use crate::failure::{Notes, bad_input, note, warn};
 use crate::{recognition, report};
 use outside::warn_of_outside;
 use uvgraft_assembly::drawing::check_name;
-use uvgraft_assembly::mesh_file::{self, MeshFile};
+use uvgraft_assembly::mesh_file::{self, LoadedMesh, MeshFile};
 use uvgraft_assembly::pair_picture;
 use uvgraft_assembly::pairing::{self, Outside, UvReading};
 
@@ -92,13 +92,15 @@ pub(crate) fn run(args: &Args) -> anyhow::Result<ExitCode> {
         check_name(preview, "a preview")?;
         outputs.check(preview)?;
     }
+    let [source, target] = [mesh_file::read(&args.source)?, mesh_file::read(&args.target)?];
+    [&source, &target].into_iter().filter_map(LoadedMesh::left_out).for_each(note);
     let reading = UvReading {
         flip_u: args.flip_u.clone(),
         flip_v: args.flip_v.clone(),
         outside: args.outside,
     };
-    let source = reading.apply(mesh_file::read(&args.source)?, Side::Source, &Notes);
-    let target = reading.apply(mesh_file::read(&args.target)?, Side::Target, &Notes);
+    let source = reading.apply(source, Side::Source, &Notes);
+    let target = reading.apply(target, Side::Target, &Notes);
     let (source_name, target_name) = (source.name, target.name);
     let note = args.note.clone().unwrap_or_else(|| {
         format!("made from {source_name} and {target_name}, whose licences hold for this file too")

@@ -171,6 +171,11 @@ impl<'a> Accessors<'a> {
         width(self.accessor(index)?, &format!("accessor {index}"))
     }
 
+    /// Number of elements, as stated.
+    pub fn count(&self, index: u32) -> Result<usize, SceneError> {
+        self.accessor(index).map(|accessor| usize::try_from(accessor.count).unwrap_or(usize::MAX))
+    }
+
     /// The bytes of a buffer view, and its stride.
     pub fn view(&self, index: u32, place: &str) -> Result<(&'a [u8], Option<u64>), SceneError> {
         let views = &self.document.buffer_views;

@@ -57,7 +57,7 @@ impl<'a> Asset<'a> {
     ) -> Result<Self, SceneError> {
         let (json, binary) = if is_glb(bytes) {
             let glb = Glb::read(bytes)?;
-            (glb.json, glb.binary)
+            (json_chunk(glb.json), glb.binary)
         } else {
             (json(bytes)?, None)
         };
@@ -120,6 +120,10 @@ impl<'a> Asset<'a> {
             .folder
             .ok_or_else(|| format!("refers to the external file {:?}", shortened(uri)))?;
         let path = folder.join(relative_path(uri)?);
+        // Some exporters write names as they are, in which `%20` is not a blank.
+        let literal = folder.join(uri);
+        let is_literal = uri.contains('%') && !path.is_file() && literal.is_file();
+        let path = if is_literal { literal } else { path };
         read(&path).map(Cow::Owned).map_err(|error| format!("{}: {error}", path.display()))
     }
 }
@@ -166,20 +170,42 @@ fn is_stand_in(buffer: &Buffer, index: usize, has_chunk: bool) -> bool {
     is_fallback && buffer.uri.is_none() && !(index == 0 && has_chunk)
 }
 
+/// The JSON of a GLB: blanks pad it, but some exporters use NUL, and some write a BOM.
+fn json_chunk(chunk: &[u8]) -> &[u8] {
+    let is_padding = |byte: &u8| *byte == 0 || byte.is_ascii_whitespace();
+    let end = chunk.iter().rposition(|byte| !is_padding(byte)).map_or(0, |last| last + 1);
+    without_bom(&chunk[..end])
+}
+
+fn without_bom(bytes: &[u8]) -> &[u8] {
+    bytes.strip_prefix(b"\xef\xbb\xbf").unwrap_or(bytes)
+}
+
 /// The bytes of a JSON file, without BOM; errors if they do not look like JSON.
 fn json(bytes: &[u8]) -> Result<&[u8], SceneError> {
-    let bytes = bytes.strip_prefix(b"\xef\xbb\xbf").unwrap_or(bytes);
+    let bytes = without_bom(bytes);
     match bytes.iter().find(|byte| !byte.is_ascii_whitespace()) {
         Some(b'{') => Ok(bytes),
         _ => Err(SceneError::NotGltf { start: bytes[..bytes.len().min(8)].to_vec() }),
     }
 }
 
-/// The relative path in a URI, which must not leave the folder.
+/// The relative path in a URI, which must not leave the folder. Exporters on Windows write
+/// backslashes, which no URI has.
 fn relative_path(uri: &str) -> Result<PathBuf, String> {
-    let path = PathBuf::from(percent_decoded(uri)?);
-    let inside = path.components().all(|part| matches!(part, Component::Normal(_)));
-    if !inside || path.as_os_str().is_empty() || uri.contains([':', '\\']) {
+    let scheme = uri.split_once("://").map(|(scheme, _)| scheme.to_ascii_lowercase());
+    if scheme.is_some_and(|scheme| scheme != "file") {
+        return Err(format!(
+            "{:?} must be a file in the model's folder, got a URL: download it into that folder, and \
+             write its name as the URI",
+            shortened(uri)
+        ));
+    }
+    let path = PathBuf::from(percent_decoded(uri)?.replace('\\', "/"));
+    let mut parts = path.components().filter(|part| *part != Component::CurDir).peekable();
+    let names_a_file =
+        parts.peek().is_some() && parts.all(|part| matches!(part, Component::Normal(_)));
+    if !names_a_file || uri.contains(':') {
         return Err(format!("{:?} must be in the model's folder or below", shortened(uri)));
     }
     Ok(path)
@@ -227,13 +253,52 @@ mod tests {
 
     #[test]
     fn external_files_must_be_in_the_folder() {
-        for (uri, path) in [("a.bin", "a.bin"), ("b/c%20d.png", "b/c d.png")] {
-            assert_eq!(relative_path(uri), Ok(PathBuf::from(path)));
+        for (uri, path) in [
+            ("a.bin", "a.bin"),
+            ("./a.bin", "a.bin"),
+            ("b/c%20d.png", "b/c d.png"),
+            ("b\\c d.png", "b/c d.png"),
+            (".\\b%5cc.png", "b/c.png"),
+            ("t%C3%AAte.png", "tête.png"),
+        ] {
+            assert_eq!(relative_path(uri), Ok(PathBuf::from(path)), "{uri}");
         }
-        for uri in ["/etc/passwd", "../a.bin", "a/../../b", "http://x/y", "", ".", "%2e%2e/a", "%2"]
-        {
+        for uri in [
+            "/etc/passwd",
+            "../a.bin",
+            "a/../../b",
+            "..\\a.bin",
+            "a\\..\\..\\b",
+            "C:\\a.bin",
+            "\\\\host\\a.bin",
+            "file:///a.bin",
+            "",
+            ".",
+            "./",
+            "%2e%2e/a",
+            "%2e%2e%5Ca",
+            "%2",
+        ] {
             assert!(relative_path(uri).is_err(), "{uri}");
         }
+        for uri in ["http://x/y", "HTTPS://x/y.bin", "blob://x"] {
+            assert!(relative_path(uri).is_err_and(|why| why.contains("got a URL")), "{uri}");
+        }
+    }
+
+    #[test]
+    fn json_is_padded_and_marked_in_many_ways() {
+        let json = br#"{"asset":{"version":"2.0"}}"#;
+        for (before, after) in
+            [("", ""), ("", "\0\0"), ("", " \n\0"), ("\u{feff}", ""), ("\u{feff}", "\0  ")]
+        {
+            let chunk = [before.as_bytes(), json, after.as_bytes()].concat();
+            let glb = Glb::write(&chunk, &[]).unwrap();
+            let found = Asset::new(&glb, None).map(|asset| asset.json.to_vec());
+            assert_eq!(found.unwrap(), json, "{chunk:?}");
+        }
+        let glb = Glb::write(b"\0\0\0\0", &[]).unwrap();
+        assert!(Asset::new(&glb, None).is_err_and(|error| error.to_string().contains("JSON")));
     }
 
     #[test]

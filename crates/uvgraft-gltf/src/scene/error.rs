@@ -112,13 +112,16 @@ pub enum PoseRequestError {
     },
 }
 
-/// "must be one of ...", with at most 40 names.
+/// "must be one of ...", with at most 20 names.
 pub(super) fn known(choices: &[String]) -> String {
-    const MAX: usize = 40;
+    const MAX: usize = 20;
     if choices.is_empty() {
         return "the file has none".to_owned();
     }
-    let more = if choices.len() > MAX { ", ..." } else { "" };
+    let more = match choices.len().saturating_sub(MAX) {
+        0 => String::new(),
+        more => format!(" and {more} more"),
+    };
     let shown: Vec<&str> = choices.iter().take(MAX).map(String::as_str).collect();
     format!("must be one of {}{more}", shown.join(", "))
 }

@@ -22,7 +22,7 @@ pub const MAX_DENSE_NUMBERS: usize = 1 << 24;
 pub const MAX_NAMES: usize = 1 << 14;
 
 /// Maximum number of names listed in an error.
-const MAX_LISTED: usize = 64;
+const MAX_LISTED: usize = 12;
 
 /// What a file of a foreign format is, for [`ArraysError::Foreign`].
 pub(crate) fn foreign_file(bytes: &[u8]) -> String {
@@ -121,10 +121,10 @@ pub(crate) fn listed(names: &[String]) -> String {
     if names.is_empty() {
         return "none".to_owned();
     }
-    let mut text: Vec<String> =
+    let text: Vec<String> =
         names.iter().take(MAX_LISTED).map(|name| format!("`{}`", shown(name.as_bytes()))).collect();
-    if names.len() > MAX_LISTED {
-        text.push(format!("{} more", names.len() - MAX_LISTED));
+    match names.len().saturating_sub(MAX_LISTED) {
+        0 => text.join(", "),
+        more => format!("{} and {more} more", text.join(", ")),
     }
-    text.join(", ")
 }

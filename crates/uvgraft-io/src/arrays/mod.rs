@@ -18,6 +18,7 @@ mod sparse;
 mod sparse_matrix;
 mod write;
 
+pub(crate) use self::error::listed;
 pub use self::error::{
     ArraysError, MAX_DENSE_NUMBERS, MAX_FILE_BYTES, MAX_NAMES, MAX_NUMBERS, MAX_UNPACKED_BYTES,
 };

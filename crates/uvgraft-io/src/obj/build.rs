@@ -4,6 +4,7 @@ use uvgraft::mesh::{Corner, Mesh, MeshPart};
 
 use super::cursor::Cursor;
 use super::{ObjError, shown};
+use crate::textured::{TexturedMesh, WithoutUv};
 
 const VERTEX: &str = "vertex";
 const TEXTURE_COORDINATE: &str = "texture coordinate";
@@ -20,6 +21,9 @@ pub(super) struct Builder {
     parts: Parts,
     forward_vertices: Forward,
     forward_uv: Forward,
+    without_uv: WithoutUv,
+    /// The error of the first polygon without texture coordinates.
+    first_without_uv: Option<ObjError>,
 }
 
 impl Builder {
@@ -53,21 +57,37 @@ impl Builder {
 
     fn face(&mut self, cursor: &mut Cursor<'_>, line: usize) -> Result<(), ObjError> {
         let start = self.corners.len();
+        let (mut found, mut first_bare) = (0, None);
         while let Some(word) = cursor.value() {
-            let at = CornerPosition { line, corner: self.corners.len() - start + 1 };
-            let corner = self.corner(word, at)?;
-            self.corners.push(corner);
+            found += 1;
+            match self.corner(word, CornerPosition { line, corner: found })? {
+                (vertex, Some(uv)) => self.corners.push(Corner { vertex, uv }),
+                _ => first_bare = first_bare.or(Some(found)),
+            }
         }
-        let found = self.corners.len() - start;
         if found < 3 {
             return Err(ObjError::TooFewCorners { line, found });
+        }
+        if let Some(corner) = first_bare {
+            let error = ObjError::NoTextureCoordinate { line, corner };
+            if self.corners.len() > start {
+                return Err(error);
+            }
+            let parts = self.without_uv.parts.len();
+            self.without_uv.add(self.parts.names(), 1);
+            if self.without_uv.parts.len() > parts {
+                self.parts.spend_names(line)?;
+            }
+            self.first_without_uv.get_or_insert(error);
+            return Ok(());
         }
         self.parts.add_polygon(line, saturated(self.sizes.len()))?;
         self.sizes.push(saturated(found));
         Ok(())
     }
 
-    fn corner(&mut self, word: &[u8], at: CornerPosition) -> Result<Corner, ObjError> {
+    /// A corner's vertex, and its texture coordinate, if it has one.
+    fn corner(&mut self, word: &[u8], at: CornerPosition) -> Result<(u32, Option<u32>), ObjError> {
         let CornerPosition { line, corner } = at;
         let wrong = || ObjError::Corner { line, corner, found: shown(word) };
         let mut fields = word.split(|&byte| byte == b'/');
@@ -83,16 +103,18 @@ impl Builder {
         if fields.next().is_some() {
             return Err(wrong());
         }
-        let uv = uv.ok_or(ObjError::NoTextureCoordinate { line, corner })?;
-        Ok(Corner {
-            vertex: self.forward_vertices.resolve(VERTEX, vertex, self.positions.len(), at)?,
-            uv: self.forward_uv.resolve(TEXTURE_COORDINATE, uv, self.uv.len(), at)?,
-        })
+        let vertex = self.forward_vertices.resolve(VERTEX, vertex, self.positions.len(), at)?;
+        let resolved = |uv| self.forward_uv.resolve(TEXTURE_COORDINATE, uv, self.uv.len(), at);
+        Ok((vertex, uv.map(resolved).transpose()?))
     }
 
-    pub(super) fn finish(self) -> Result<Mesh, ObjError> {
+    /// The mesh, and the error of the first polygon that it lacks.
+    pub(super) fn finish(self) -> Result<(TexturedMesh, Option<ObjError>), ObjError> {
         let vertices = self.positions.len();
         if self.sizes.is_empty() {
+            if let Some(error) = self.first_without_uv {
+                return Err(error);
+            }
             let recognised = vertices > 0 || !self.uv.is_empty();
             return Err(if recognised { ObjError::NoFaces { vertices } } else { ObjError::NotObj });
         }
@@ -104,7 +126,8 @@ impl Builder {
             return Err(error);
         }
         let mesh = Mesh::from_polygons(self.positions, self.uv, &self.corners, &self.sizes)?;
-        Ok(mesh.with_parts(self.parts.finish()))
+        let mesh = mesh.with_parts(self.parts.finish());
+        Ok((TexturedMesh { mesh, without_uv: self.without_uv }, self.first_without_uv))
     }
 }
 
@@ -218,6 +241,11 @@ impl Parts {
         self.renamed = true;
     }
 
+    /// The names of the object, the group and the material.
+    fn names(&self) -> [&str; 3] {
+        [&self.object, &self.group, &self.material]
+    }
+
     fn add_polygon(&mut self, line: usize, polygon: u32) -> Result<(), ObjError> {
         let renamed = std::mem::take(&mut self.renamed);
         if let Some(last) = self.parts.last_mut() {
@@ -230,10 +258,7 @@ impl Parts {
                 return Ok(());
             }
         }
-        self.name_bytes += self.object.len() + self.group.len() + self.material.len();
-        if self.name_bytes > MAX_NAME_BYTES {
-            return Err(ObjError::Names { line, max: MAX_NAME_BYTES });
-        }
+        self.spend_names(line)?;
         self.parts.push(MeshPart {
             object: self.object.clone(),
             group: self.group.clone(),
@@ -242,6 +267,15 @@ impl Parts {
             polygons: polygon..polygon.saturating_add(1),
         });
         Ok(())
+    }
+
+    /// Counts the names of a new part towards the limit.
+    fn spend_names(&mut self, line: usize) -> Result<(), ObjError> {
+        self.name_bytes += self.names().map(str::len).iter().sum::<usize>();
+        match self.name_bytes > MAX_NAME_BYTES {
+            true => Err(ObjError::Names { line, max: MAX_NAME_BYTES }),
+            false => Ok(()),
+        }
     }
 
     fn finish(self) -> Vec<MeshPart> {

@@ -162,6 +162,32 @@ fn errors_name_the_line_what_was_found_and_what_was_wanted() {
 }
 
 #[test]
+fn polygons_without_coordinates_are_left_out_where_that_is_asked_for() {
+    let text = SMALL.replace("f 4/4/1 3/3/1 5/5/1", "f 4 3 5\nf 4//1 3//1 5//1\no cap\nf 1/ 2/ 3/");
+    let error = parse(text.as_bytes()).unwrap_err();
+    let first = ObjError::NoTextureCoordinate { line: 19, corner: 1 };
+    assert_eq!(error, first);
+    let found = parse_textured(text.as_bytes()).unwrap();
+    assert_eq!((found.mesh.positions(), found.mesh.uv()), (small().positions(), small().uv()));
+    assert_eq!(found.mesh.faces(), [[0, 1, 2], [0, 2, 3]]);
+    assert_eq!(found.mesh.parts(), [part("plate", "", "skin", 0..1)]);
+    let wanted = [part("plate", "roof", "skin", 0..2), part("cap", "roof", "skin", 2..3)];
+    assert_eq!((found.without_uv.polygons, &found.without_uv.parts[..]), (3, &wanted[..]));
+    // Nothing is left, or one corner is an oversight.
+    let bare = text.replace("f 1/1/1 2/2/1 3/3/1 4/4/1", "f 1 2 3 4");
+    assert_eq!(
+        parse_textured(bare.as_bytes()).unwrap_err().to_string(),
+        "line 17: corner 1 must have a texture coordinate (`v/vt`)"
+    );
+    let odd = text.replace("f 4 3 5", "f 4 3/3 5/5");
+    assert_eq!(parse_textured(odd.as_bytes()).unwrap_err(), first);
+    let far = text.replace("f 4 3 5", "f 4 3 6");
+    let far = parse_textured(far.as_bytes()).unwrap_err().to_string();
+    assert_eq!(far, "line 19: corner 3: vertex index must be at most 5, got 6");
+    assert_eq!(parse_textured(SMALL.as_bytes()).unwrap().mesh, small());
+}
+
+#[test]
 fn refuses_files_of_other_kinds() {
     assert_eq!(parse(b""), Err(ObjError::Empty));
     for text in ["\n", "# nothing", "\u{feff}", "ply\nformat ascii 1.0\n", "{\"asset\": {}}\n"] {
@@ -172,7 +198,8 @@ fn refuses_files_of_other_kinds() {
         parse(b"\x89PNG\r\n\x1a\n\0\0\0\rIHDR"),
         Err(ObjError::Binary { line: 2, byte: 0x1a })
     );
-    assert_eq!(parse(b"\xff\xfev\0 \x001\0"), Err(ObjError::Binary { line: 1, byte: 0 }));
+    assert_eq!(parse(b"\xff\xfev\0 \x001\0"), Err(ObjError::Utf16));
+    assert_eq!(parse(b"\xfe\xff\0v\0 \x001"), Err(ObjError::Utf16));
 }
 
 #[test]

@@ -7,7 +7,8 @@ use uvgraft::mesh::{Corner, Mesh, MeshPart};
 use super::PlyError;
 use super::header::{Element, Header};
 use super::values::{Row, Values};
-use crate::obj::shown;
+use crate::arrays::listed;
+use crate::textured::{TexturedMesh, WithoutUv};
 
 const VERTEX: &str = "vertex";
 const FACE: &str = "face";
@@ -16,10 +17,8 @@ const UV_NAMES: [[&str; 2]; 4] =
     [["s", "t"], ["u", "v"], ["texture_u", "texture_v"], ["texture_s", "texture_t"]];
 /// Maximum memory of all parts with their names.
 const MAX_PART_BYTES: usize = 1 << 28;
-/// Maximum number of names listed in a message.
-const MAX_LISTED: usize = 32;
 
-pub(super) fn mesh(header: &Header, body: &[u8]) -> Result<Mesh, PlyError> {
+pub(super) fn mesh(header: &Header, body: &[u8]) -> Result<TexturedMesh, PlyError> {
     let (vertex_columns, face_columns) = columns(header)?;
     let mut values = Values::new(header, body);
     let (mut vertices, mut faces) = (Vertices::default(), Faces::default());
@@ -32,6 +31,7 @@ pub(super) fn mesh(header: &Header, body: &[u8]) -> Result<Mesh, PlyError> {
         }
     }
     values.finish()?;
+    let without_uv = faces.leave_out_bare(&header.textures);
     let (uv, corners) = if faces.uv.is_empty() {
         if vertex_columns.uv.is_none() {
             return Err(PlyError::NoTextureCoordinates);
@@ -43,7 +43,7 @@ pub(super) fn mesh(header: &Header, body: &[u8]) -> Result<Mesh, PlyError> {
     };
     let parts = faces.parts(&header.textures)?;
     let mesh = Mesh::from_polygons(vertices.positions, uv, &corners, &faces.sizes)?;
-    Ok(mesh.with_parts(parts))
+    Ok(TexturedMesh { mesh: mesh.with_parts(parts), without_uv })
 }
 
 struct VertexColumns {
@@ -60,7 +60,10 @@ struct FaceColumns {
 /// Finds the columns of a mesh, before any row is read.
 fn columns(header: &Header) -> Result<(VertexColumns, FaceColumns), PlyError> {
     let named = |name: &str| header.elements.iter().find(|element| element.name == name);
-    let elements = || listed(header.elements.iter().map(|element| &*element.name));
+    let elements = || {
+        let names = header.elements.iter().map(|element| element.name.clone());
+        listed(&names.collect::<Vec<_>>())
+    };
     let missing = |wanted, found| PlyError::Missing { wanted, found };
     let vertex = named(VERTEX).ok_or_else(|| missing("an element `vertex`", elements()))?;
     let face = named(FACE).ok_or_else(|| missing("an element `face` with polygons", elements()))?;
@@ -68,8 +71,10 @@ fn columns(header: &Header) -> Result<(VertexColumns, FaceColumns), PlyError> {
         |name: &str| vertex.find(&[name]).filter(|&index| vertex.properties[index].list.is_none());
     let list =
         |names: &[&str]| face.find(names).filter(|&index| face.properties[index].list.is_some());
-    let properties =
-        |element: &Element| listed(element.properties.iter().map(|property| &*property.name));
+    let properties = |element: &Element| {
+        let names = element.properties.iter().map(|property| property.name.clone());
+        listed(&names.collect::<Vec<_>>())
+    };
     let (Some(x), Some(y), Some(z)) = (scalar("x"), scalar("y"), scalar("z")) else {
         return Err(missing("the vertex properties `x`, `y` and `z`", properties(vertex)));
     };
@@ -85,15 +90,6 @@ fn columns(header: &Header) -> Result<(VertexColumns, FaceColumns), PlyError> {
         return Err(PlyError::NoTextureCoordinates);
     }
     Ok((vertices, faces))
-}
-
-fn listed<'n>(names: impl Iterator<Item = &'n str>) -> String {
-    let mut names: Vec<String> =
-        names.take(MAX_LISTED + 1).map(|name| format!("`{}`", shown(name.as_bytes()))).collect();
-    if names.len() > MAX_LISTED {
-        names[MAX_LISTED] = "more".to_owned();
-    }
-    if names.is_empty() { "none".to_owned() } else { names.join(", ") }
 }
 
 fn skip(element: &Element, rows: usize, values: &mut Values<'_>) -> Result<(), PlyError> {
@@ -149,8 +145,10 @@ fn flipped([u, v]: [f64; 2]) -> [f32; 2] {
 struct Faces {
     corners: Vec<u32>,
     sizes: Vec<u32>,
-    /// A texture coordinate for each corner, or none at all.
+    /// A texture coordinate for each corner of the faces that have any.
     uv: Vec<[f32; 2]>,
+    /// Whether each face has texture coordinates.
+    is_textured: Vec<bool>,
     /// The number of each face's texture, if the file has them.
     textures: Vec<i64>,
 }
@@ -185,10 +183,8 @@ impl Faces {
         Ok(())
     }
 
-    /// Adds a polygon. Either all have texture coordinates or none, as faces without a texture are
-    /// written with empty lists.
+    /// Adds a polygon. Faces without a texture are written with empty lists.
     fn face(&mut self, corners: &[f64], uv: &[f64], place: Row<'_>) -> Result<(), PlyError> {
-        let before = self.corners.len();
         for &corner in corners {
             if !(0.0..=f64::from(u32::MAX)).contains(&corner) {
                 return Err(place.error(format!("vertex index must be at least 0, got {corner}")));
@@ -196,17 +192,43 @@ impl Faces {
             self.corners.push(corner as u32);
         }
         self.sizes.push(u32::try_from(corners.len()).unwrap_or(u32::MAX));
-        let wanted = if before > 0 && self.uv.is_empty() { 0 } else { 2 * corners.len() };
-        // The first faces decide.
-        if uv.len() == wanted || (before == 0 && uv.is_empty()) {
-            self.uv.extend(uv.as_chunks::<2>().0.iter().map(|&uv| flipped(uv)));
-            return Ok(());
+        let wanted = 2 * corners.len();
+        if ![0, wanted].contains(&uv.len()) {
+            let found = uv.len();
+            return Err(place.error(format!(
+                "`texcoord` must have {wanted} numbers, two for each corner, got {found}"
+            )));
         }
-        Err(place.error(format!(
-            "`texcoord` must have {wanted} numbers{}, got {}",
-            if wanted == 0 { " as in the faces before" } else { ", two for each corner" },
-            uv.len()
-        )))
+        self.is_textured.push(!uv.is_empty());
+        self.uv.extend(uv.as_chunks::<2>().0.iter().map(|&uv| flipped(uv)));
+        Ok(())
+    }
+
+    /// Removes the faces without texture coordinates, where others have them.
+    fn leave_out_bare(&mut self, names: &[String]) -> WithoutUv {
+        let mut without = WithoutUv::default();
+        if self.uv.is_empty() || self.is_textured.iter().all(|&is_textured| is_textured) {
+            return without;
+        }
+        let (mut corners, mut start) = (Vec::with_capacity(self.uv.len()), 0);
+        for (face, &size) in self.sizes.iter().enumerate() {
+            let end = start + size as usize;
+            if self.is_textured[face] {
+                corners.extend_from_slice(&self.corners[start..end]);
+            } else {
+                let texture = self.textures.get(face);
+                let name =
+                    texture.map_or_else(String::new, |&texture| texture_name(texture, names));
+                without.add(["", "", &name], 1);
+            }
+            start = end;
+        }
+        self.corners = corners;
+        let mut is_textured = self.is_textured.iter();
+        self.sizes.retain(|_| is_textured.next() == Some(&true));
+        let mut is_textured = self.is_textured.iter();
+        self.textures.retain(|_| is_textured.next() == Some(&true));
+        without
     }
 
     /// The texture coordinates of the corners, those of one vertex and value stored once.
@@ -236,8 +258,7 @@ impl Faces {
                 continue;
             }
             last = Some(texture);
-            let name = usize::try_from(texture).ok().and_then(|texture| names.get(texture));
-            let material = name.cloned().unwrap_or_else(|| format!("texture {texture}"));
+            let material = texture_name(texture, names);
             bytes += size_of::<MeshPart>() + 2 * material.len();
             if bytes > MAX_PART_BYTES {
                 return Err(PlyError::TextureChanges { max: MAX_PART_BYTES });
@@ -248,4 +269,10 @@ impl Faces {
         }
         Ok(if names.is_empty() && parts.len() < 2 { Vec::new() } else { parts })
     }
+}
+
+/// The name of a texture, or its number where the file does not name it.
+fn texture_name(texture: i64, names: &[String]) -> String {
+    let name = usize::try_from(texture).ok().and_then(|texture| names.get(texture));
+    name.cloned().unwrap_or_else(|| format!("texture {texture}"))
 }

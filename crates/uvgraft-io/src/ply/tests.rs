@@ -1,3 +1,5 @@
+use uvgraft::Mesh;
+
 use super::*;
 
 /// A quad and a triangle over five vertices, of which the last is not used by the quad.
@@ -73,17 +75,17 @@ fn check(mesh: &Mesh) {
 
 #[test]
 fn every_format_gives_the_same_mesh() {
-    check(&parse(ascii().as_bytes()).unwrap());
-    check(&parse(&binary(false)).unwrap());
-    check(&parse(&binary(true)).unwrap());
-    check(&parse(ascii().replace('\n', "\r\n").as_bytes()).unwrap());
-    check(&parse(ascii().replace('\n', "\r").as_bytes()).unwrap());
+    check(&parse(ascii().as_bytes()).unwrap().mesh);
+    check(&parse(&binary(false)).unwrap().mesh);
+    check(&parse(&binary(true)).unwrap().mesh);
+    check(&parse(ascii().replace('\n', "\r\n").as_bytes()).unwrap().mesh);
+    check(&parse(ascii().replace('\n', "\r").as_bytes()).unwrap().mesh);
     for names in [["u", "v"], ["texture_u", "texture_v"]] {
         let renamed = ascii()
             .replace("float s\n", &format!("float {}\n", names[0]))
             .replace("float t\n", &format!("float {}\n", names[1]))
             .replace("vertex_indices", "vertex_index");
-        check(&parse(renamed.as_bytes()).unwrap());
+        check(&parse(renamed.as_bytes()).unwrap().mesh);
     }
 }
 
@@ -93,7 +95,7 @@ fn the_first_value_of_a_binary_file_may_look_like_a_line_end() {
                   property uchar y\rproperty uchar z\rproperty uchar u\rproperty uchar v\r\
                   element face 1\rproperty list uchar uchar vertex_index\rend_header\r";
     let rows = [10, 0, 0, 0, 0, 1, 0, 0, 1, 0, 0, 1, 0, 0, 1, 3, 0, 1, 2];
-    let mesh = parse(&[header.as_bytes(), &rows].concat()).unwrap();
+    let mesh = parse(&[header.as_bytes(), &rows].concat()).unwrap().mesh;
     assert_eq!(mesh.positions()[0], [10.0, 0.0, 0.0]);
 }
 
@@ -123,7 +125,7 @@ end_header
 
 #[test]
 fn corners_may_have_their_own_texture_coordinates() {
-    let mesh = parse(CORNERS.as_bytes()).unwrap();
+    let mesh = parse(CORNERS.as_bytes()).unwrap().mesh;
     assert_eq!(mesh.faces(), [[0, 1, 2], [0, 2, 3], [0, 1, 2]]);
     // The first two faces are connected: they share the coordinates of their edge.
     assert_eq!(mesh.uv_faces(), [[0, 1, 2], [0, 2, 3], [4, 1, 2]]);
@@ -132,7 +134,7 @@ fn corners_may_have_their_own_texture_coordinates() {
         mesh.parts().iter().map(|part| (&*part.material, part.polygons.clone())).collect();
     assert_eq!(parts, [("skin of a face.png", 0..2), ("cloth.png", 2..3)]);
     let unnamed = CORNERS.replace("comment TextureFile", "comment");
-    assert_eq!(parse(unnamed.as_bytes()).unwrap().parts()[1].material, "texture 1");
+    assert_eq!(parse(unnamed.as_bytes()).unwrap().mesh.parts()[1].material, "texture 1");
 }
 
 #[test]
@@ -140,13 +142,30 @@ fn empty_lists_leave_it_to_the_vertices() {
     let both =
         ascii().replace("vertex_indices", "vertex_indices\nproperty list uchar float texcoord");
     let both = both.replace("1 4 0 1 2 3\n", "1 4 0 1 2 3 0\n").replace("3 2 4 3\n", "3 2 4 3 0\n");
-    check(&parse(both.as_bytes()).unwrap());
-    let mixed = CORNERS.replace("3 0 2 3 6 0 0 1 1 0 1 0", "3 0 2 3 0 0");
-    let error = parse(mixed.as_bytes()).unwrap_err().to_string();
-    assert_eq!(
-        error,
-        "row 1 of element `face`: `texcoord` must have 6 numbers, two for each corner, got 0"
-    );
+    check(&parse(both.as_bytes()).unwrap().mesh);
+}
+
+#[test]
+fn faces_without_coordinates_among_others_are_left_out() {
+    for (row, bare, textured) in [
+        ("3 0 2 3 6 0 0 1 1 0 1 0", "3 0 2 3 0 0", [[0, 1, 2], [0, 1, 2]]),
+        ("3 0 1 2 6 0.5 0 1 0 1 1 1", "3 0 1 2 0 1", [[0, 1, 2], [0, 2, 3]]),
+    ] {
+        assert!(CORNERS.contains(row), "{row}");
+        let found = parse(CORNERS.replace(row, bare).as_bytes()).unwrap();
+        assert_eq!((found.mesh.faces(), found.without_uv.polygons), (&textured[..], 1), "{row}");
+    }
+    // The face of the second texture.
+    let text = CORNERS.replace("3 0 1 2 6 0.5 0 1 0 1 1 1", "3 0 1 2 0 1");
+    let found = parse(text.as_bytes()).unwrap();
+    let wanted = "1 polygon has no UV coordinates and is left out: \"cloth.png\"";
+    assert_eq!(found.without_uv.to_string(), wanted);
+    assert_eq!(found.mesh.parts()[0].material, "skin of a face.png");
+    let short = CORNERS.replace("3 0 2 3 6 0 0 1 1 0 1 0", "3 0 2 3 4 0 0 1 1 0");
+    let error = parse(short.as_bytes()).unwrap_err().to_string();
+    let wanted = "row 1 of element `face`: `texcoord` must have 6 numbers, two for each corner, \
+                  got 4";
+    assert_eq!(error, wanted);
 }
 
 #[test]
@@ -253,7 +272,7 @@ fn files_are_named_in_errors() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("face.ply");
     std::fs::write(&path, ascii()).unwrap();
-    check(&read(&path).unwrap());
+    check(&read(&path).unwrap().mesh);
     std::fs::write(&path, "ply\nformat ascii 2\nelement\n").unwrap();
     let error = read(&path).unwrap_err().to_string();
     assert!(error.contains("face.ply: line 3: not a line of a PLY header: `element`"), "{error}");

@@ -10,6 +10,7 @@ pub mod dots;
 pub mod faces;
 mod find;
 pub mod similarity;
+pub mod split_vertices;
 pub mod surface;
 pub mod table;
 pub mod topology;

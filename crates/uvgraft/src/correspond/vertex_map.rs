@@ -5,6 +5,7 @@
 //! diagonals, the polygon's fan is rotated to the apex that gives the most matching triangles.
 
 use super::find::OUTSIDE;
+use super::split_vertices::place_count;
 use crate::mesh::Mesh;
 use crate::pair::Pair;
 use crate::piece::Piece;
@@ -14,13 +15,16 @@ use crate::piece::Piece;
 #[non_exhaustive]
 pub enum LinkError {
     /// The map does not have one entry per source vertex.
-    #[error("vertex map must have one entry per vertex of the source mesh, {wanted}, got {found}{}",
+    #[error("vertex map must have one entry per vertex of the source mesh, {wanted}{}, got {found}{}",
+        if .places == .wanted { String::new() } else { format!(" (at {places} different places)") },
         if *.swapped { " (the number of vertices of the target mesh: are source and target swapped?)" } else { "" })]
     Length {
         /// Number of entries in the map.
         found: usize,
         /// Number of vertices of the source mesh.
         wanted: usize,
+        /// Number of different places of the source mesh's vertices.
+        places: usize,
         /// Whether the target mesh has as many vertices as the map has entries.
         swapped: bool,
     },
@@ -51,6 +55,27 @@ pub enum LinkError {
     /// Triangles match, but none of them lies in the unit square of its texture.
     #[error("{OUTSIDE}")]
     Outside,
+}
+
+impl LinkError {
+    /// A map that does not have as many entries as the source has vertices.
+    pub(super) fn length(vertex_map: &[i64], source: &Mesh, target: &Mesh) -> Self {
+        Self::Length {
+            found: vertex_map.len(),
+            wanted: source.positions().len(),
+            places: place_count(source),
+            swapped: vertex_map.len() == target.positions().len(),
+        }
+    }
+}
+
+/// Checks that all entries are vertices of the target or -1.
+pub(super) fn check_entries(vertex_map: &[i64], vertices: usize) -> Result<(), LinkError> {
+    let mut entries = vertex_map.iter().enumerate();
+    match entries.find(|&(_, found)| !(-1..vertices as i64).contains(found)) {
+        Some((entry, &found)) => Err(LinkError::Range { entry, found, vertices }),
+        None => Ok(()),
+    }
 }
 
 impl Pair {
@@ -94,17 +119,9 @@ fn pieces(
 ) -> Result<Vec<Piece>, LinkError> {
     let vertices = target.positions().len();
     if vertex_map.len() != source.positions().len() {
-        return Err(LinkError::Length {
-            found: vertex_map.len(),
-            wanted: source.positions().len(),
-            swapped: vertex_map.len() == vertices,
-        });
+        return Err(LinkError::length(vertex_map, source, target));
     }
-    for (entry, &found) in vertex_map.iter().enumerate() {
-        if !(-1..vertices as i64).contains(&found) {
-            return Err(LinkError::Range { entry, found, vertices });
-        }
-    }
+    check_entries(vertex_map, vertices)?;
     // Source vertices as target vertices; those without a counterpart get an unused index.
     let common = |vertex: u32| u32::try_from(vertex_map[vertex as usize]).unwrap_or(u32::MAX);
     let found = link_faces(source, target, common, |vertex| vertex);

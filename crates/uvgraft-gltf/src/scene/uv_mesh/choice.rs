@@ -94,8 +94,8 @@ pub(super) fn material_name<'a>(document: &'a Document, shown: &Shown<'_>) -> &'
 
 /// The names that can be chosen, nodes first, without repetition.
 fn names(document: &Document, nodes: &[Node], all: &[Shown<'_>]) -> Vec<String> {
-    // One more than a message lists, so that it says that there are more.
-    const MAX: usize = 41;
+    // Far more than a message lists, which says how many more there are.
+    const MAX: usize = 1024;
     let mut names: Vec<String> = Vec::new();
     let of_nodes = all.iter().map(|shown| &*nodes[shown.node].name);
     let of_meshes = all.iter().map(|shown| mesh_name(document, shown));

@@ -5,6 +5,7 @@ use std::collections::hash_map::Entry;
 
 use glam::Affine3A;
 use uvgraft::mesh::{Mesh, MeshPart};
+use uvgraft_io::textured::{TexturedMesh, WithoutUv};
 
 use super::super::accessor::Accessors;
 use super::super::appearance::UvSource;
@@ -50,6 +51,9 @@ pub(super) struct Gatherer<'a> {
     uv_faces: Vec<[u32; 3]>,
     parts: Vec<MeshPart>,
     name_bytes: u64,
+    without_uv: WithoutUv,
+    /// The error of the first primitive without the UV set.
+    first_without_uv: Option<SceneMeshError>,
 }
 
 impl<'a> Gatherer<'a> {
@@ -78,6 +82,8 @@ impl<'a> Gatherer<'a> {
             uv_faces: Vec::new(),
             parts: Vec::new(),
             name_bytes: 0,
+            without_uv: WithoutUv::default(),
+            first_without_uv: None,
         }
     }
 
@@ -86,9 +92,14 @@ impl<'a> Gatherer<'a> {
         shown: &Shown<'_>,
         accessors: &mut Accessors<'_>,
     ) -> Result<(), SceneMeshError> {
+        let set = self.set(shown)?;
+        let attributes = &shown.primitive.attributes;
+        let Some(&accessor) = attributes.get(&format!("TEXCOORD_{set}")) else {
+            return self.leave_out(shown, set, accessors);
+        };
         let place = shown.place();
         let (first, count) = self.vertices(shown, accessors)?;
-        let first_uv = self.coordinates(shown, count, accessors)?;
+        let first_uv = self.coordinates(shown, (set, accessor), count, accessors)?;
         let triangles = read_triangles(shown.primitive, count, &place, accessors)?;
         let total = self.faces.len() + triangles.len();
         too_many("triangles", total as u64, MAX_TRIANGLES)?;
@@ -139,29 +150,27 @@ impl<'a> Gatherer<'a> {
         Ok(known)
     }
 
+    /// The UV set that is read of a primitive.
+    fn set(&self, shown: &Shown<'_>) -> Result<u32, SceneError> {
+        let material = shown.primitive.material;
+        let material = material.and_then(|index| self.document.materials.get(index as usize));
+        match (self.uv_set, material) {
+            (Some(set), _) => Ok(set),
+            (None, Some(material)) => Ok(UvSource::of_base_color(material, &shown.place())?.set),
+            (None, None) => Ok(0),
+        }
+    }
+
     /// First UV coordinate of a primitive.
     fn coordinates(
         &mut self,
         shown: &Shown<'_>,
+        (set, accessor): (u32, u32),
         count: usize,
         accessors: &mut Accessors<'_>,
     ) -> Result<u32, SceneMeshError> {
         let material = shown.primitive.material.map(|index| index as usize);
-        let material = material.and_then(|index| self.document.materials.get(index));
-        let set = match (self.uv_set, material) {
-            (Some(set), _) => set,
-            (None, Some(material)) => UvSource::of_base_color(material, &shown.place())?.set,
-            (None, None) => 0,
-        };
-        let attributes = &shown.primitive.attributes;
-        let Some(&accessor) = attributes.get(&format!("TEXCOORD_{set}")) else {
-            // Sets are numbered without gaps, and few viewers know more than two.
-            let sets = attributes.keys().filter(|name| name.starts_with("TEXCOORD_")).take(8);
-            let sets = sets.map(|name| name.chars().take(20).collect()).collect();
-            let place = self.named(shown);
-            return Err(SceneMeshError::NoUvSet { place, set, sets });
-        };
-        let source = match material {
+        let source = match material.and_then(|index| self.document.materials.get(index)) {
             Some(material) => UvSource::of_set(material, set, &shown.place())?,
             None => UvSource::default(),
         };
@@ -177,6 +186,47 @@ impl<'a> Gatherer<'a> {
         Ok(*known.insert(first))
     }
 
+    /// Counts a primitive without the UV set.
+    fn leave_out(
+        &mut self,
+        shown: &Shown<'_>,
+        set: u32,
+        accessors: &mut Accessors<'_>,
+    ) -> Result<(), SceneMeshError> {
+        let attributes = &shown.primitive.attributes;
+        let vertices = attributes.get("POSITION").map_or(Ok(0), |&it| accessors.count(it))?;
+        let triangles = read_triangles(shown.primitive, vertices, &shown.place(), accessors)?;
+        if triangles.is_empty() {
+            return Ok(());
+        }
+        let names = self.names(shown);
+        let parts = self.without_uv.parts.len();
+        self.without_uv.add(names, triangles.len());
+        if self.without_uv.parts.len() > parts {
+            self.spend_names(names)?;
+        }
+        if self.first_without_uv.is_none() {
+            // Sets are numbered without gaps, and few viewers know more than two.
+            let sets = attributes.keys().filter(|name| name.starts_with("TEXCOORD_")).take(8);
+            let sets = sets.map(|name| name.chars().take(20).collect()).collect();
+            let place = self.named(shown);
+            self.first_without_uv = Some(SceneMeshError::NoUvSet { place, set, sets });
+        }
+        Ok(())
+    }
+
+    /// The names of a primitive's node, mesh and material.
+    fn names(&self, shown: &Shown<'_>) -> [&'a str; 3] {
+        let node = self.hierarchy.nodes[shown.node].name.as_str();
+        [node, mesh_name(self.document, shown), material_name(self.document, shown)]
+    }
+
+    /// Counts the names of a new part towards the limit.
+    fn spend_names(&mut self, names: [&str; 3]) -> Result<(), SceneError> {
+        self.name_bytes += names.map(str::len).iter().sum::<usize>() as u64;
+        too_many("bytes of names", self.name_bytes, MAX_NAME_BYTES)
+    }
+
     /// A primitive by its names, for messages.
     fn named(&self, shown: &Shown<'_>) -> String {
         let node: String = self.hierarchy.nodes[shown.node].name.chars().take(40).collect();
@@ -187,13 +237,12 @@ impl<'a> Gatherer<'a> {
     /// Names the triangles from `start` on.
     fn add_part(&mut self, shown: &Shown<'_>, start: u32) -> Result<(), SceneError> {
         let end = self.faces.len() as u32;
-        let object = self.hierarchy.nodes[shown.node].name.as_str();
-        let group = mesh_name(self.document, shown);
-        let material = material_name(self.document, shown);
-        let image = self.image_names.of(shown.primitive);
+        let names = self.names(shown);
+        let [object, group, material] = names;
+        let image = self.image_names.of(shown.primitive).to_owned();
         if let Some(last) = self.parts.last_mut()
             && (&*last.object, &*last.group, &*last.material) == (object, group, material)
-            && last.image.as_deref() == Some(image)
+            && last.image.as_ref() == Some(&image)
         {
             last.polygons.end = end;
             return Ok(());
@@ -201,25 +250,30 @@ impl<'a> Gatherer<'a> {
         if start == end {
             return Ok(());
         }
-        self.name_bytes +=
-            [object, group, material, image].map(str::len).iter().sum::<usize>() as u64;
-        too_many("bytes of names", self.name_bytes, MAX_NAME_BYTES)?;
+        self.spend_names(names)?;
+        self.name_bytes += image.len() as u64;
         self.parts.push(MeshPart {
             object: object.to_owned(),
             group: group.to_owned(),
             material: material.to_owned(),
-            image: Some(image.to_owned()),
+            image: Some(image),
             polygons: start..end,
         });
         Ok(())
     }
 
-    pub(super) fn finish(self) -> Result<Mesh, SceneMeshError> {
+    pub(super) fn finish(self) -> Result<TexturedMesh, SceneMeshError> {
         if self.faces.is_empty() {
-            return Err(SceneMeshError::NoTriangles);
+            return Err(self.first_without_uv.unwrap_or(SceneMeshError::NoTriangles));
         }
+        let is_named = |part: &MeshPart| {
+            let names = [&part.object, &part.group, &part.material];
+            names.into_iter().chain(&part.image).any(|name| !name.is_empty())
+        };
+        let is_named = self.parts.iter().any(is_named);
         let mesh = Mesh::from_triangles(self.positions, self.uv, &self.faces, &self.uv_faces)?;
-        Ok(if self.name_bytes > 0 { mesh.with_parts(self.parts) } else { mesh })
+        let mesh = if is_named { mesh.with_parts(self.parts) } else { mesh };
+        Ok(TexturedMesh { mesh, without_uv: self.without_uv })
     }
 }
 

@@ -10,8 +10,9 @@ mod tests;
 
 use std::path::Path;
 
-use uvgraft::mesh::{Mesh, MeshError};
+use uvgraft::mesh::MeshError;
 use uvgraft_io::input::{Input, ReadError};
+use uvgraft_io::textured::TexturedMesh;
 
 use self::gather::Gatherer;
 use self::image_names::ImageNames;
@@ -50,10 +51,10 @@ pub enum SceneMeshError {
         /// The names that exist, shortened.
         choices: Vec<String>,
     },
-    /// A primitive without the UV set.
+    /// No primitive has the UV set.
     #[error("{place}: must have the UV set {set} (TEXCOORD_{set}), but has {}", sets_of(sets))]
     NoUvSet {
-        /// The primitive.
+        /// The first primitive.
         place: String,
         /// The requested set.
         set: u32,
@@ -80,13 +81,15 @@ fn sets_of(sets: &[String]) -> String {
 ///   and triangles of these. Primitives of a node that share their positions share vertices, and
 ///   likewise UV coordinates. Strips and fans become triangles; points and lines are skipped.
 /// - Triangles of mirrored nodes are reversed, so that their fronts stay in front.
-/// - [`Mesh::parts`] has the name of the node as object, that of the mesh as group, that of the
-///   material, and that of the image of its base colour. Images with the same bytes are one.
+/// - Primitives without the UV set are left out, as long as others have it.
+/// - [`Mesh::parts`](uvgraft::Mesh::parts) has the name of the node as object, that of the mesh as
+///   group, that of the material, and that of the image of its base colour. Images with the same bytes
+///   are one.
 ///
 /// # Errors
 /// [`SceneMeshError`] for anything truncated, damaged, dangling or too large, for unknown names,
-/// and for triangles without the UV set.
-pub fn read_mesh(bytes: &[u8], choice: &MeshChoice) -> Result<Mesh, SceneMeshError> {
+/// and if no triangle has the UV set.
+pub fn read_mesh(bytes: &[u8], choice: &MeshChoice) -> Result<TexturedMesh, SceneMeshError> {
     read_in(bytes, None, choice)
 }
 
@@ -97,7 +100,7 @@ pub fn read_mesh(bytes: &[u8], choice: &MeshChoice) -> Result<Mesh, SceneMeshErr
 pub fn load_mesh(
     input: impl Into<Input>,
     choice: &MeshChoice,
-) -> Result<Mesh, ReadError<SceneMeshError>> {
+) -> Result<TexturedMesh, ReadError<SceneMeshError>> {
     let input = input.into();
     input.parse(MAX_BYTES, |bytes| read_in(bytes, folder_of(&input), choice))
 }
@@ -106,7 +109,7 @@ fn read_in(
     bytes: &[u8],
     folder: Option<&Path>,
     choice: &MeshChoice,
-) -> Result<Mesh, SceneMeshError> {
+) -> Result<TexturedMesh, SceneMeshError> {
     let mut asset = Asset::for_geometry(bytes, folder)?;
     let mut buffers = asset.buffers()?;
     unpack::unpack(&mut asset.document, &mut buffers)?;

@@ -2,11 +2,15 @@ use serde_json::{Value, json};
 use uvgraft_tests::strip::{self, Strip};
 
 use super::super::wild_tests::{draco, meshopt};
+use uvgraft::Mesh;
+
 use super::*;
 use crate::glb::{AvatarMaterial, Export, Picture, write};
 
 fn read(strip: &Strip, choice: &MeshChoice) -> Result<Mesh, String> {
-    read_mesh(&strip.glb(), choice).map_err(|error| error.to_string())
+    let found = read_mesh(&strip.glb(), choice).map_err(|error| error.to_string())?;
+    assert_eq!(found.without_uv.polygons, 0);
+    Ok(found.mesh)
 }
 
 fn whole(strip: &Strip) -> Mesh {
@@ -160,6 +164,32 @@ fn any_uv_set_is_read() {
 }
 
 #[test]
+fn primitives_without_the_set_are_left_out() {
+    // The second primitive of each of two nodes, and of the second set the whole of one node.
+    let mut strip = two_nodes();
+    for mesh in 0..2 {
+        let attributes = &mut strip.json["meshes"][mesh]["primitives"][1]["attributes"];
+        attributes.as_object_mut().unwrap().remove("TEXCOORD_0");
+    }
+    strip.json["meshes"][1]["primitives"][0]["attributes"]
+        .as_object_mut()
+        .unwrap()
+        .remove("TEXCOORD_1");
+    let left_out = |choice: &MeshChoice| {
+        let found = read_mesh(&strip.glb(), choice).unwrap();
+        let parts = found.without_uv.parts.iter();
+        let names = parts.map(|part| format!("{} {}", part.object, part.material));
+        (found.mesh.faces().len(), found.without_uv.polygons, names.collect::<Vec<_>>())
+    };
+    assert_eq!(left_out(&set(0)), (8, 4, vec!["strip skin".to_owned(), "prop skin".to_owned()]));
+    assert_eq!(left_out(&set(1)), (8, 4, vec!["prop cloth".to_owned()]));
+    assert_eq!(left_out(&named("prop")), (4, 2, vec!["prop skin".to_owned()]));
+    assert_eq!(left_out(&named("cloth")).1, 0);
+    let error = read(&strip, &named("skin")).unwrap_err();
+    assert!(error.ends_with("(TEXCOORD_0), but has TEXCOORD_1"), "{error}");
+}
+
+#[test]
 fn quantised_and_compressed_files_are_read() {
     for strip in [draco(), meshopt()] {
         let mesh = whole(&strip);
@@ -260,14 +290,14 @@ fn buffers_may_be_external() {
     let error = load_mesh(&path, &MeshChoice::default()).unwrap_err().to_string();
     assert!(error.contains("me.gltf: buffer 0: ") && error.contains("parts.bin"), "{error}");
     std::fs::write(folder.path().join("parts.bin"), &strip.binary).unwrap();
-    assert_eq!(load_mesh(&path, &MeshChoice::default()).unwrap(), whole(&Strip::new()));
+    assert_eq!(load_mesh(&path, &MeshChoice::default()).unwrap().mesh, whole(&Strip::new()));
     // Bytes have no files beside them.
     let bytes = |bytes: Vec<u8>| Input::bytes(&path, bytes);
     let refused = load_mesh(bytes(strip.json.to_string().into()), &MeshChoice::default());
     let refused = refused.unwrap_err().to_string();
     assert!(refused.contains("me.gltf: buffer 0: refers to the external file"), "{refused}");
     let glb = bytes(Strip::new().glb());
-    assert_eq!(load_mesh(glb, &MeshChoice::default()).unwrap(), whole(&Strip::new()));
+    assert_eq!(load_mesh(glb, &MeshChoice::default()).unwrap().mesh, whole(&Strip::new()));
 }
 
 #[test]
@@ -350,7 +380,7 @@ fn a_written_avatar_has_the_mesh_of_the_avatar() {
     let format = crate::glb::PictureFormat::Png;
     let looks = AvatarMaterial::new(Picture::encode(color.unwrap(), format, 90).unwrap());
     let written = write(&avatar, std::slice::from_ref(&looks), &Export::default()).unwrap();
-    let mesh = read_mesh(&written.bytes, &set(0)).unwrap();
+    let mesh = read_mesh(&written.bytes, &set(0)).unwrap().mesh;
     let original = &avatar.mesh;
     assert_eq!(mesh.faces().len(), original.faces().len());
     for face in 0..mesh.faces().len() {

@@ -1,0 +1,116 @@
+//! Meshes of files in which some polygons have no UV coordinates.
+
+use std::fmt;
+
+use uvgraft::mesh::{Mesh, MeshPart};
+
+/// The polygons of a file that have UV coordinates, and what the others are.
+#[derive(Debug, Clone, PartialEq)]
+pub struct TexturedMesh {
+    /// The polygons with UV coordinates.
+    pub mesh: Mesh,
+    /// What the mesh lacks of the file.
+    pub without_uv: WithoutUv,
+}
+
+/// Polygons without UV coordinates, on which no texture can be.
+#[derive(Debug, Clone, Default, PartialEq, Eq)]
+pub struct WithoutUv {
+    /// Number of polygons.
+    pub polygons: usize,
+    /// Their names, as far as the file has any. Polygons are numbered among those without UV
+    /// coordinates.
+    pub parts: Vec<MeshPart>,
+}
+
+impl WithoutUv {
+    /// Adds polygons of a part. Consecutive ones of the same names are one part.
+    pub fn add(&mut self, [object, group, material]: [&str; 3], polygons: usize) {
+        let count = |polygons: usize| u32::try_from(polygons).unwrap_or(u32::MAX);
+        let start = count(self.polygons);
+        self.polygons += polygons;
+        let end = count(self.polygons);
+        match self.parts.last_mut() {
+            Some(last)
+                if [&*last.object, &last.group, &last.material] == [object, group, material] =>
+            {
+                last.polygons.end = end;
+            }
+            _ => self.parts.push(MeshPart {
+                object: object.to_owned(),
+                group: group.to_owned(),
+                material: material.to_owned(),
+                image: None,
+                polygons: start..end,
+            }),
+        }
+    }
+
+    /// Only some of the parts.
+    #[must_use]
+    pub fn only_parts(&self, is_kept: impl Fn(&MeshPart) -> bool) -> Self {
+        let mut kept = Self::default();
+        for part in self.parts.iter().filter(|part| is_kept(part)) {
+            kept.add([&part.object, &part.group, &part.material], part.polygons.len());
+        }
+        kept
+    }
+
+    /// The first name that each part has, without repetition.
+    fn names(&self) -> Vec<&str> {
+        let mut names = Vec::new();
+        for part in &self.parts {
+            let given = [&*part.object, &part.group, &part.material];
+            let name = given.into_iter().find(|name| !name.is_empty());
+            names.extend(name.filter(|name| !names.contains(name)));
+        }
+        names
+    }
+}
+
+impl fmt::Display for WithoutUv {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        /// Names listed, and characters shown of each.
+        const SHOWN: usize = 5;
+        const LENGTH: usize = 40;
+        match self.polygons {
+            1 => write!(f, "1 polygon has no UV coordinates and is left out")?,
+            count => write!(f, "{count} polygons have no UV coordinates and are left out")?,
+        }
+        let names = self.names();
+        for (index, name) in names.iter().take(SHOWN).enumerate() {
+            let shown: String = name.chars().take(LENGTH).collect();
+            write!(f, "{}{shown:?}", if index == 0 { ": " } else { ", " })?;
+        }
+        match names.len().saturating_sub(SHOWN) {
+            0 => Ok(()),
+            more => write!(f, " and {more} more"),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn polygons_are_counted_by_name() {
+        let mut found = WithoutUv::default();
+        found.add(["hair", "", "brown"], 2);
+        found.add(["hair", "", "brown"], 1);
+        found.add(["", "", "cap"], 1);
+        assert_eq!((found.polygons, found.parts.len()), (4, 2));
+        assert_eq!(found.parts[1].polygons, 3..4);
+        let wanted = "4 polygons have no UV coordinates and are left out: \"hair\", \"cap\"";
+        assert_eq!(found.to_string(), wanted);
+        let cap = found.only_parts(|part| part.material == "cap");
+        let wanted = "1 polygon has no UV coordinates and is left out: \"cap\"";
+        assert_eq!((cap.parts[0].polygons.clone(), &*cap.to_string()), (0..1, wanted));
+        let mut many = WithoutUv::default();
+        (0..9).for_each(|k| many.add([&format!("part {k}"), "", ""], 1));
+        assert!(many.to_string().ends_with("\"part 4\" and 4 more"), "{many}");
+        let mut unnamed = WithoutUv::default();
+        unnamed.add([""; 3], 7);
+        assert_eq!(unnamed.to_string(), "7 polygons have no UV coordinates and are left out");
+    }
+}

@@ -1,0 +1,404 @@
+//! Vertex maps for meshes whose vertices a tool has split, or to which it has added some.
+//!
+//! Formats with one UV coordinate for each vertex, and programs that hold meshes so, split vertices at
+//! UV seams: into copies after the others, or in an order of their own. Other tools append eyeballs and
+//! teeth. A map counts the vertices before that. Which numbering it means is decided by the faces that
+//! it links: a wrong one links next to none.
+
+use std::collections::HashMap;
+use std::fmt;
+
+use super::topology::{self, TopologyReport};
+use super::vertex_map::{self, LinkError};
+use crate::mesh::Mesh;
+use crate::pair::Pair;
+use crate::piece::Piece;
+
+/// Smallest share of the faces which a map covers that it must link in another numbering than that
+/// of the file. On FLAME and SMPL-X, the right one links 100 %, and one of another order 1.3 %; on a
+/// regular grid, one that is off by a vertex links 75 %.
+const LINKED_AT_LEAST: f64 = 0.9;
+/// A map that links less than this share is of another order, see above.
+const DISORDERED: f64 = 0.5;
+
+/// How the vertices of a mesh are numbered in a vertex map.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Numbering {
+    /// As in the file.
+    Stored,
+    /// By the first vertices; later ones are copies of them, or not in the map.
+    First {
+        /// Number of vertices in the map.
+        count: usize,
+        /// Number of copies after them.
+        copies: usize,
+        /// Number of all others after them.
+        others: usize,
+    },
+    /// By places, in the order of their first vertices.
+    Places {
+        /// Number of places.
+        count: usize,
+    },
+}
+
+/// How a vertex map linked two meshes.
+#[derive(Debug, Clone, PartialEq)]
+#[non_exhaustive]
+pub enum MapUse {
+    /// Entry by entry, with this numbering of the source's vertices and of the target's.
+    Numbered([Numbering; 2]),
+    /// Not at all: no numbering is the map's, and the meshes were linked by their connectivity.
+    Connectivity(TopologyReport),
+}
+
+/// Meshes linked by a vertex map.
+#[derive(Debug, Clone)]
+#[non_exhaustive]
+pub struct MapLinks {
+    /// The pair.
+    pub pair: Pair,
+    /// How the map was used.
+    pub used: MapUse,
+}
+
+impl MapUse {
+    /// What was assumed about the map, for a message; `None` if it was used as it is.
+    pub fn assumed(&self) -> Option<String> {
+        match self {
+            Self::Numbered([source, target]) => {
+                let said: Vec<String> = [("source", source), ("target", target)]
+                    .into_iter()
+                    .filter(|(_, numbering)| **numbering != Numbering::Stored)
+                    .map(|(mesh, numbering)| format!("{numbering} of the {mesh} mesh"))
+                    .collect();
+                (!said.is_empty()).then(|| format!("taken for a map of {}", said.join(" and ")))
+            }
+            Self::Connectivity(_) => Some(
+                "not used, since it counts vertices before a tool split and reordered them; linked by \
+                 connectivity instead"
+                    .to_owned(),
+            ),
+        }
+    }
+}
+
+impl fmt::Display for Numbering {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match *self {
+            Self::Stored => f.write_str("the vertices"),
+            Self::First { count, copies, others } => {
+                write!(f, "the first {count} vertices (")?;
+                if copies > 0 {
+                    write!(f, "{copies} after them are copies at the same places")?;
+                }
+                let and = if copies > 0 { ", " } else { "" };
+                if others > 0 {
+                    write!(f, "{and}{others} after them are left out")?;
+                }
+                f.write_str(")")
+            }
+            Self::Places { count } => write!(f, "the {count} different places of vertices"),
+        }
+    }
+}
+
+/// Links two meshes by a vertex map, which may count the vertices before a tool split them or added
+/// some; see [`Pair::by_vertex_map`] for the map.
+///
+/// # Errors
+/// Those of [`Pair::by_vertex_map`], if no numbering of the vertices fits and connectivity does not
+/// link the meshes either.
+pub fn link_by_vertex_map(
+    source: Mesh,
+    target: Mesh,
+    vertex_map: &[i64],
+) -> Result<MapLinks, LinkError> {
+    let mut source_numbers = source_numberings(&source, vertex_map.len());
+    if source_numbers.is_empty() {
+        return Err(LinkError::length(vertex_map, &source, &target));
+    }
+    vertex_map::check_entries(vertex_map, target.positions().len())?;
+    let mut best: Option<Attempt> = None;
+    let target_numbers = target_numberings(&target, vertex_map);
+    for target_number in &target_numbers {
+        for source_number in &mut source_numbers {
+            let attempt =
+                Attempt::new([&source, &target], [source_number, target_number], vertex_map);
+            let is_better =
+                attempt.pieces.len() > best.as_ref().map_or(0, |best| best.pieces.len());
+            let is_whole = attempt.share() >= 1.0;
+            if is_better && (attempt.is_as_stored() || attempt.share() >= LINKED_AT_LEAST) {
+                best = Some(attempt);
+            }
+            if is_whole {
+                return finish(best, source, target, vertex_map);
+            }
+        }
+    }
+    let is_split = target_numbers.len() + source_numbers.len() > 2
+        || source_numbers.iter().any(|(numbering, _)| *numbering != Numbering::Stored);
+    if is_split && best.as_ref().is_none_or(|best| best.share() < DISORDERED) {
+        let (mut source, mut target) = (source.clone(), target.clone());
+        if let Ok((pieces, report)) = topology::pieces(&mut source, &mut target) {
+            let pair = Pair::of_found(source, target, pieces).ok_or(LinkError::Outside)?;
+            return Ok(MapLinks { pair, used: MapUse::Connectivity(report) });
+        }
+    }
+    finish(best, source, target, vertex_map)
+}
+
+fn finish(
+    best: Option<Attempt>,
+    source: Mesh,
+    target: Mesh,
+    vertex_map: &[i64],
+) -> Result<MapLinks, LinkError> {
+    let Some(best) = best else {
+        return Err(if vertex_map.len() == source.positions().len() {
+            LinkError::Nothing { source_faces: source.faces().len() }
+        } else {
+            LinkError::length(vertex_map, &source, &target)
+        });
+    };
+    let [source, target] = best.meshes;
+    let pair = Pair::of_found(source, target, best.pieces).ok_or(LinkError::Outside)?;
+    Ok(MapLinks { pair, used: MapUse::Numbered(best.numbered) })
+}
+
+/// A numbering, and each vertex's number in it; `u32::MAX` for none.
+type Numbered = (Numbering, Vec<u32>);
+
+/// The links of one numbering of each mesh.
+struct Attempt {
+    numbered: [Numbering; 2],
+    meshes: [Mesh; 2],
+    pieces: Vec<Piece>,
+    /// Number of source faces whose vertices all have a counterpart.
+    covered: usize,
+}
+
+impl Attempt {
+    fn new(meshes: [&Mesh; 2], numbers: [&Numbered; 2], vertex_map: &[i64]) -> Self {
+        let [mut source, mut target] = meshes.map(Mesh::clone);
+        let [(source_numbering, of_source), (target_numbering, of_target)] = numbers;
+        let common = |vertex: u32| {
+            let entry = vertex_map.get(of_source[vertex as usize] as usize);
+            entry.and_then(|&entry| u32::try_from(entry).ok()).unwrap_or(u32::MAX)
+        };
+        let pieces =
+            vertex_map::link_faces(&mut source, &mut target, common, |v| of_target[v as usize]);
+        let is_covered = |face: &&[u32; 3]| face.iter().all(|&vertex| common(vertex) != u32::MAX);
+        let covered = source.faces().iter().filter(is_covered).count();
+        let numbered = [*source_numbering, *target_numbering];
+        Self { numbered, meshes: [source, target], pieces, covered }
+    }
+
+    fn is_as_stored(&self) -> bool {
+        self.numbered == [Numbering::Stored; 2]
+    }
+
+    /// Links of each face that the map covers.
+    fn share(&self) -> f64 {
+        self.pieces.len() as f64 / self.covered.max(1) as f64
+    }
+}
+
+/// The numberings in which the source may have this many vertices.
+fn source_numberings(mesh: &Mesh, count: usize) -> Vec<Numbered> {
+    let vertices = mesh.positions().len();
+    if count == vertices {
+        return vec![stored(vertices)];
+    }
+    if count > vertices || count == 0 {
+        return Vec::new();
+    }
+    let first = first_at_place(mesh);
+    let mut numbers: Vec<u32> = first.clone();
+    let (mut copies, mut others) = (0, 0);
+    for (vertex, number) in numbers.iter_mut().enumerate() {
+        if vertex < count {
+            *number = vertex as u32;
+        } else if (*number as usize) < count {
+            copies += 1;
+        } else {
+            *number = u32::MAX;
+            others += 1;
+        }
+    }
+    let mut found = vec![(Numbering::First { count, copies, others }, numbers)];
+    let (places, numbers) = places(&first);
+    if places == count {
+        found.push((Numbering::Places { count }, numbers));
+    }
+    found
+}
+
+/// The numberings that the map's entries may be of; the first one is that of the file.
+fn target_numberings(mesh: &Mesh, vertex_map: &[i64]) -> Vec<Numbered> {
+    let vertices = mesh.positions().len();
+    let first = first_at_place(mesh);
+    let copies =
+        first.iter().enumerate().filter(|&(vertex, &first)| vertex as u32 != first).count();
+    let mut found = vec![stored(vertices)];
+    if copies > 0 {
+        let count = vertices - copies;
+        let (_, numbers) = places(&first);
+        found.push((Numbering::First { count, copies, others: 0 }, first));
+        if vertex_map.iter().all(|&entry| entry < count as i64) {
+            found.push((Numbering::Places { count }, numbers));
+        }
+    }
+    found
+}
+
+fn stored(vertices: usize) -> Numbered {
+    (Numbering::Stored, (0..vertices as u32).collect())
+}
+
+/// For each vertex the first one at the same place.
+fn first_at_place(mesh: &Mesh) -> Vec<u32> {
+    let mut known = HashMap::new();
+    // Adding 0 makes -0 a 0.
+    let place = |position: &[f32; 3]| position.map(|value| (value + 0.0).to_bits());
+    let vertices = mesh.positions().iter().map(place).zip(0_u32..);
+    vertices.map(|(place, vertex)| *known.entry(place).or_insert(vertex)).collect()
+}
+
+/// The number of places, and each vertex's place in the order of their first vertices.
+fn places(first_at_place: &[u32]) -> (usize, Vec<u32>) {
+    let mut count = 0;
+    let mut numbers: Vec<u32> = Vec::with_capacity(first_at_place.len());
+    for (vertex, &first) in first_at_place.iter().enumerate() {
+        if first as usize == vertex {
+            numbers.push(count);
+            count += 1;
+        } else {
+            numbers.push(numbers[first as usize]);
+        }
+    }
+    (count as usize, numbers)
+}
+
+/// Number of different places of a mesh's vertices.
+pub(super) fn place_count(mesh: &Mesh) -> usize {
+    places(&first_at_place(mesh)).0
+}
+
+#[cfg(test)]
+mod tests {
+    use uvgraft_figure::Figure;
+
+    use super::*;
+
+    /// The mesh with a vertex for each pair of a vertex and a coordinate, in this order, and the same
+    /// triangles.
+    fn split(mesh: &Mesh, ordered: impl Fn(&mut Vec<(u32, u32)>)) -> Mesh {
+        let corners = || {
+            mesh.faces()
+                .as_flattened()
+                .iter()
+                .copied()
+                .zip(mesh.uv_faces().as_flattened().iter().copied())
+        };
+        let mut pairs: Vec<(u32, u32)> = Vec::new();
+        let mut known = std::collections::HashSet::new();
+        corners().filter(|pair| known.insert(*pair)).for_each(|pair| pairs.push(pair));
+        ordered(&mut pairs);
+        let number: HashMap<_, _> = pairs.iter().copied().zip(0_u32..).collect();
+        let faces: Vec<u32> = corners().map(|pair| number[&pair]).collect();
+        let faces = faces.as_chunks::<3>().0;
+        let positions =
+            pairs.iter().map(|&(vertex, _)| mesh.positions()[vertex as usize]).collect();
+        let uv = pairs.iter().map(|&(_, uv)| mesh.uv()[uv as usize]).collect();
+        Mesh::from_triangles(positions, uv, faces, faces).unwrap()
+    }
+
+    /// As Blender's and other exporters do: copies behind the vertices.
+    fn appended(pairs: &mut Vec<(u32, u32)>) {
+        pairs.sort_unstable();
+        let mut last = None;
+        let is_first: Vec<bool> =
+            pairs.iter().map(|&(vertex, _)| last.replace(vertex) != Some(vertex)).collect();
+        let of = |wanted: bool| pairs.iter().zip(&is_first).filter(move |(_, it)| **it == wanted);
+        *pairs = of(true).chain(of(false)).map(|(pair, _)| *pair).collect();
+    }
+
+    /// As trimesh does: by coordinate.
+    fn by_coordinate(pairs: &mut Vec<(u32, u32)>) {
+        pairs.sort_unstable_by_key(|&(vertex, uv)| (uv, vertex));
+        pairs.reverse();
+    }
+
+    fn figure() -> (Mesh, Mesh, Vec<i64>, usize) {
+        let Figure { head, body, vertex_map, .. } = Figure::new();
+        let ids: Vec<i64> = vertex_map.iter().map(|&id| i64::from(id)).collect();
+        let plain = link_by_vertex_map(head.clone(), body.clone(), &ids).unwrap();
+        assert_eq!(
+            (&plain.used, plain.used.assumed()),
+            (&MapUse::Numbered([Numbering::Stored; 2]), None)
+        );
+        let by_map = Pair::by_vertex_map(head.clone(), body.clone(), &ids).unwrap();
+        assert_eq!(plain.pair, by_map);
+        (head, body, ids, plain.pair.pieces().len())
+    }
+
+    #[test]
+    fn split_vertices_are_those_that_the_map_counts() {
+        let (head, body, ids, links) = figure();
+        let sorted = |pairs: &mut Vec<(u32, u32)>| pairs.sort_unstable();
+        for (source, target, wanted) in [
+            (split(&head, appended), body.clone(), "the first"),
+            (split(&head, sorted), body.clone(), "different places of vertices of the source mesh"),
+            (head.clone(), split(&body, appended), "of the target mesh"),
+            (split(&head, sorted), split(&body, sorted), "source mesh and the"),
+            (split(&head, by_coordinate), body.clone(), "linked by connectivity instead"),
+            (head.clone(), split(&body, by_coordinate), "linked by connectivity instead"),
+        ] {
+            let found = link_by_vertex_map(source, target, &ids).unwrap();
+            let assumed = found.used.assumed().unwrap();
+            assert!(assumed.contains(wanted), "{wanted}: {assumed}");
+            assert_eq!(found.pair.pieces().len(), links, "{assumed}");
+        }
+    }
+
+    #[test]
+    fn appended_vertices_are_left_out() {
+        let (head, body, ids, links) = figure();
+        let mut positions = head.positions().to_vec();
+        let first = positions.len() as u32;
+        positions.extend([[0.0, 9.0, 0.0], [0.1, 9.0, 0.0], [0.0, 9.1, 0.0]]);
+        let faces = [head.faces(), &[[first, first + 1, first + 2]]].concat();
+        let uv_faces = [head.uv_faces(), &[[0, 1, 2]]].concat();
+        let longer =
+            Mesh::from_triangles(positions, head.uv().to_vec(), &faces, &uv_faces).unwrap();
+        let found = link_by_vertex_map(longer, body, &ids).unwrap();
+        assert_eq!(found.pair.pieces().len(), links);
+        let wanted = format!(
+            "taken for a map of the first {first} vertices (3 after them are left out) of the source mesh"
+        );
+        assert_eq!(found.used.assumed(), Some(wanted));
+    }
+
+    #[test]
+    fn what_is_not_understood_is_refused_with_the_counts() {
+        let (head, body, ids, _) = figure();
+        let refused = |source: &Mesh, ids: &[i64]| {
+            link_by_vertex_map(source.clone(), body.clone(), ids).unwrap_err().to_string()
+        };
+        let vertices = head.positions().len();
+        let short = refused(&head, &ids[..7]);
+        let wanted = format!("one entry per vertex of the source mesh, {vertices}, got 7");
+        assert!(short.ends_with(&wanted), "{short}");
+        let longer = [&ids[..], &[0]].concat();
+        assert!(refused(&head, &longer).contains(&format!("got {}", vertices + 1)));
+        let apart = split(&head, by_coordinate);
+        let (count, short) = (apart.positions().len(), refused(&apart, &ids[..7]));
+        assert!(
+            short.contains(&format!("{count} (at {vertices} different places), got 7")),
+            "{short}"
+        );
+        let far = vec![body.positions().len() as i64; vertices];
+        assert!(refused(&head, &far).contains("are the indices 1-based?"));
+    }
+}
