@@ -36,7 +36,8 @@ pub(crate) const VERTEX_MAP: &str = "vertex-map";
 /// source, target : Mesh or path
 ///     The meshes that textures come from and go to.
 /// vertex_map : array_like of int, shape (source vertices,), or path, optional
-///     For each vertex of the source, the corresponding vertex of the target, or -1.
+///     For each vertex of the source, the corresponding vertex of the target, or -1. Where a tool has split
+///     vertices at UV seams or appended some, it may count those before that; a warning says so.
 /// by : {"auto", "vertex-map", "faces", "topology", "surface"}
 ///     How corresponding triangles are found without a vertex map: equal faces, equal connectivity,
 ///     or by registering the surfaces. ``"auto"`` takes the first that links them.
@@ -147,7 +148,7 @@ impl Pair {
         let threads = threads::checked(threads)?;
         let (pair, others, method, assumed) = threads::run(py, threads, move || match ids {
             Some(ids) => {
-                link_by_vertex_map(source, target, &ids).map_err(of_linking).map(|links| {
+                link_by_vertex_map(&source, &target, &ids).map_err(of_linking).map(|links| {
                     let method = match links.used {
                         MapUse::Connectivity(_) => By::Topology.name(),
                         _ => VERTEX_MAP,

@@ -274,6 +274,15 @@ def test_files(small, tmp_path):
     assert np.abs(rigid.vertices(pose=pose) - small.vertices(pose=pose)).max() > 0.01
     pose[1], pose[2] = 0, 0.5
     np.testing.assert_allclose(rigid.vertices(pose=pose), small.vertices(pose=pose), atol=1e-6)
+    arrays = small_arrays()
+    arrays["posedirs"] = arrays["posedirs"].reshape(-1, 36).T
+    np.savez(tmp_path / "transposed.npz", **arrays)
+    transposed = uvgraft.BodyModel.load(tmp_path / "transposed.npz")
+    np.testing.assert_array_equal(transposed.vertices(pose=pose), small.vertices(pose=pose))
+    arrays["posedirs"] = np.zeros((6, 3, 93))
+    np.savez(tmp_path / "other.npz", **arrays)
+    with pytest.warns(UserWarning, match=r"left out: `posedirs` must have shape \[6, 3, 36\]"):
+        assert not uvgraft.BodyModel.load(tmp_path / "other.npz").has_correctives
     with pytest.raises(ValueError, match="max_betas must be at least 1"):
         uvgraft.BodyModel.load(path, max_betas=0)
     with pytest.raises(FileNotFoundError):

@@ -336,3 +336,16 @@ def test_images(tmp_path):
         uvgraft.read_image(tmp_path / "b.png")
     with pytest.raises(uvgraft.Error, match="must be a file"):
         uvgraft.read_image(tmp_path)
+
+
+def test_what_is_assumed_of_meshes_is_warned_of(tmp_path):
+    lines = ["v 0 0 0", "v 1 0 0", "v 1 1 0", "v 0 1 0", "vt 0 0", "vt 1 0", "vt 1 1", "vt 0 1"]
+    sheet = [*lines, "f 1/1 2/2 3/3 4/4"]
+    path = tmp_path / "part.obj"
+    path.write_text("\n".join([*sheet, "o hair", "f 1 2 3"]))
+    with pytest.warns(UserWarning, match='1 polygon has no UV coordinates and is left out: "hair"'):
+        assert len(uvgraft.Mesh.load(path).faces) == 2
+    path.write_text("\n".join([*sheet, "v 5 5 5"]))
+    with pytest.warns(UserWarning, match=r"a map of the first 4 vertices \(1 after them"):
+        pair = uvgraft.Pair(path, square(UPRIGHT), vertex_map=range(4))
+    assert pair.method == "vertex-map"

@@ -273,7 +273,7 @@ fn part(found: TexturedMesh, file: &MeshFile) -> Result<TexturedMesh> {
         return Err(Failure::input(format!(
             "{path}: no object, group or material is named {:?}{hint}; {}",
             shortened(name),
-            known(mesh.parts().iter().chain(bare))
+            known(&mesh.parts().iter().chain(bare))
         )));
     };
     let is_kept = |part: &MeshPart| kind(part, name);
@@ -287,7 +287,7 @@ fn part(found: TexturedMesh, file: &MeshFile) -> Result<TexturedMesh> {
 }
 
 /// The names of parts, for messages.
-fn known<'p>(parts: impl Iterator<Item = &'p MeshPart> + Clone) -> String {
+fn known<'p>(parts: &(impl Iterator<Item = &'p MeshPart> + Clone)) -> String {
     let kinds: [fn(&MeshPart) -> &str; 3] = [|p| &p.object, |p| &p.group, |p| &p.material];
     let all = kinds.into_iter().flat_map(|kind| parts.clone().map(kind));
     let mut known = HashSet::new();

@@ -1,5 +1,6 @@
 //! Landmarks and areas of the synthetic figure and of real heads and bodies.
 
+use uvgraft::mesh_report::{MeshReport, Subject, Unit};
 use uvgraft::{Anatomy, Area, Landmark, Mesh};
 use uvgraft_figure::Figure;
 use uvgraft_tests::real;
@@ -83,5 +84,31 @@ fn real_heads_and_bodies() {
     let body = check("SMPL-X", &mesh("smplx_addon.obj"), &seen);
     for area in [Area::Hands, Area::Feet, Area::Chest] {
         assert!(total(&body, area) > 100.0, "SMPL-X has {area:?}");
+    }
+}
+
+#[test]
+fn bodies_are_told_from_heads_by_shape() {
+    let figure = Figure::new();
+    let body = &figure.body;
+    let anatomy = Anatomy::find(body).unwrap();
+    let is_end = |vertex: u32| {
+        let weight = |area| anatomy.area(area)[vertex as usize];
+        weight(Area::Hands) > 0.0 || weight(Area::Feet) > 0.0
+    };
+    let kept: Vec<usize> = (0..body.faces().len())
+        .filter(|&face| !body.faces()[face].iter().any(|&vertex| is_end(vertex)))
+        .collect();
+    assert!(kept.len() < body.faces().len());
+    let only = |faces: &[[u32; 3]]| kept.iter().map(|&face| faces[face]).collect::<Vec<_>>();
+    let (positions, uv) = (body.positions().to_vec(), body.uv().to_vec());
+    let (faces, uv_faces) = (only(body.faces()), only(body.uv_faces()));
+    let cut = Mesh::from_triangles(positions, uv, &faces, &uv_faces);
+    let cut = cut.unwrap();
+    for (mesh, subject) in
+        [(&figure.head, Subject::Head), (body, Subject::Body), (&cut, Subject::Body)]
+    {
+        let found = MeshReport::new(mesh);
+        assert_eq!((found.subject, &found.units[..]), (Some(subject), &[Unit::Metre][..]));
     }
 }

@@ -34,6 +34,7 @@ mod round_trip;
 mod selfie;
 mod shared;
 mod skin;
+mod split_vertices;
 mod threads;
 mod tone;
 mod topology;

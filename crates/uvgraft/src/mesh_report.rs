@@ -323,32 +323,6 @@ mod tests {
     }
 
     #[test]
-    fn bodies_are_told_from_heads_by_shape() {
-        let figure = uvgraft_figure::Figure::new();
-        let body = &figure.body;
-        let anatomy = Anatomy::find(body).unwrap();
-        let is_end = |vertex: u32| {
-            let weight = |area| anatomy.area(area)[vertex as usize];
-            weight(Area::Hands) > 0.0 || weight(Area::Feet) > 0.0
-        };
-        let kept: Vec<usize> = (0..body.faces().len())
-            .filter(|&face| !body.faces()[face].iter().any(|&vertex| is_end(vertex)))
-            .collect();
-        assert!(kept.len() < body.faces().len());
-        let only = |faces: &[[u32; 3]]| kept.iter().map(|&face| faces[face]).collect::<Vec<_>>();
-        let (positions, uv) = (body.positions().to_vec(), body.uv().to_vec());
-        let cut = Mesh::from_triangles(positions, uv, &only(body.faces()), &only(body.uv_faces()));
-        let cut = cut.unwrap();
-        for (mesh, subject) in
-            [(&figure.head, Subject::Head), (body, Subject::Body), (&cut, Subject::Body)]
-        {
-            let found = super::subject(mesh);
-            assert_eq!(found, Some(subject));
-            assert_eq!(units(bounds(mesh), found), [Unit::Metre], "{subject:?}");
-        }
-    }
-
-    #[test]
     fn far_coordinates_do_no_harm() {
         let uv = vec![[3e38, 3e38], [3e38, -3e38], [-3e38, 3e38]];
         let positions = vec![[0.0; 3], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]];

@@ -92,7 +92,7 @@ pub(super) fn read(
 
 /// Some of the features as `[V][3][wanted]`.
 fn columns<'a>(
-    values: &'a Cow<'_, [f32]>,
+    values: &'a [f32],
     arrangement: &Arrangement,
     features: usize,
     wanted: Range<usize>,

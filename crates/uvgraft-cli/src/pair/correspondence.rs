@@ -153,7 +153,7 @@ impl Options {
     pub(super) fn link(&self, source: Mesh, target: Mesh) -> anyhow::Result<LinkedPair> {
         if let Some(path) = &self.vertex_map {
             let ids = vertex_map::read(path).or_bad_input()?;
-            let MapLinks { pair, used, .. } = link_by_vertex_map(source, target, &ids)
+            let MapLinks { pair, used, .. } = link_by_vertex_map(&source, &target, &ids)
                 .map_err(|error| Failure::option(error.to_string()).context(path.display()))
                 .or_bad_input()?;
             if let Some(assumed) = used.assumed() {

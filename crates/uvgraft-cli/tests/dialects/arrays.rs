@@ -364,9 +364,20 @@ fn vertex_maps_count_vertices_before_others_were_appended() {
     let wanted = "note: ids.npy: taken for a map of the first 25 vertices (3 after them are left out) \
                   of the source mesh\n";
     assert_eq!((run.code, run.stderr.as_str()), (Some(0), wanted));
-    // One vertex before all others.
+    // One vertex before all others: its faces are those of the grid, one vertex further on.
     bench.derive("longer.obj", "source.obj", |text| {
-        *text = [&b"v 9 9 9\n"[..], text].concat();
+        let shifted = |corner: &str| {
+            let (vertex, uv) = corner.split_once('/').unwrap();
+            format!("{}/{uv}", vertex.parse::<u32>().unwrap() + 1)
+        };
+        let line = |line: &str| match line.strip_prefix("f ") {
+            Some(corners) => {
+                format!("f {}", corners.split(' ').map(shifted).collect::<Vec<_>>().join(" "))
+            }
+            None => line.to_owned(),
+        };
+        let lines = std::str::from_utf8(text).unwrap().lines().map(line);
+        *text = [vec!["v 9 9 9".to_owned()], lines.collect()].concat().join("\n").into_bytes();
     });
     bench.refuse(command, &["ids.npy: vertex map must have one entry per vertex", "26, got 25"]);
 }

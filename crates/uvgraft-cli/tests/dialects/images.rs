@@ -13,8 +13,8 @@ use crate::bench::Bench;
 
 const SIDE: u32 = 16;
 const COMMAND: (&str, &str) = ("transfer my.uvpair FILE --size 16 -o out.png", "out.png");
-/// Half a step of 8 bits.
-const STEP: f32 = 0.51 / 255.0;
+/// Half a step of 8 bits, and what the filter's weights for bytes are rounded by.
+const STEP: f32 = 0.6 / 255.0;
 
 /// The picture: 16 colours in blocks of 4 texels, without symmetries.
 fn color(x: u32, y: u32) -> [u8; 3] {
@@ -51,7 +51,8 @@ fn texture(value: impl Fn(u32, u32) -> [u8; 3]) -> Texture {
 fn encoded(format: Format, texture: Texture) -> Vec<u8> {
     let mut file = Cursor::new(Vec::new());
     let options = WriteOptions::default().jpeg_quality(100);
-    let _ = image::encode(&texture.into(), format, &options, &mut file).unwrap();
+    let written = image::encode(&texture.into(), format, &options, &mut file).unwrap();
+    assert_eq!(written.losses, []);
     file.into_inner()
 }
 
@@ -97,11 +98,6 @@ fn cases() -> Vec<Case> {
     let block = |x: u32, y: u32| [(x / 4 + y / 4 * 4) as u8];
     let palette: Vec<u8> = (0..16).flat_map(|block| color(block % 4 * 4, block / 4 * 4)).collect();
     let packed: Vec<u8> = texels(block).chunks(2).map(|pair| pair[0] << 4 | pair[1]).collect();
-    let floats = {
-        let values = texels(color).into_iter().map(|value| f32::from(value) / 255.0).collect();
-        Texture::new(Size::square(SIDE), Channels::Rgb, Encoding::Srgb, Texels::F32(values))
-            .unwrap()
-    };
     let wrong_end = |content: Vec<u8>, left: usize| content[..content.len() - left].to_vec();
     let tga = [&[0, 0, 2, 0, 0, 0, 0, 0, 0, 0, 0, 0, 16, 0, 16, 0, 24, 0x20][..], &texels(color)]
         .concat();
@@ -125,7 +121,6 @@ fn cases() -> Vec<Case> {
         file("no extension", "a", plain(), Same),
         file("TIFF", "a.tif", encoded(Format::Tiff, texture(color)), Same),
         file("WebP", "a.webp", encoded(Format::WebP, texture(color)), Same),
-        file("floats", "a.tif", encoded(Format::Tiff, floats), Near(STEP)),
         // Blocks of 8×8 texels of four colours lose a few percent.
         file("JPEG", "a.jpg", encoded(Format::Jpeg, texture(color)), Near(0.12)),
         file("a turned JPEG", "a.jpg", turned_jpeg(), Near(0.12)),
@@ -177,5 +172,6 @@ fn single_texels_are_textures() {
     let bench = Bench::new();
     bench.draw("one.png", (1, 1), |_, _| [200, 100, 50]);
     bench.succeed("transfer my.uvpair one.png --size 4 -o out.png");
-    assert_eq!(crate::bench::texel_u8(&bench.texture("out.png"), 1, 1), [200, 100, 50]);
+    let texel = crate::bench::texel_u8(&bench.texture("out.png"), 1, 1);
+    assert_eq!(texel[..3], [200, 100, 50]);
 }

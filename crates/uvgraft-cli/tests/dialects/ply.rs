@@ -228,7 +228,7 @@ fn cases() -> Vec<Case> {
                     .flat_map(|byte| if byte == b'\n' { vec![13, 10] } else { vec![byte] })
                     .collect()
             },
-            Refused("element `face`"),
+            Refused("but the mesh has only 15"),
         ),
     ]
 }

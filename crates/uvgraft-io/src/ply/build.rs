@@ -216,9 +216,9 @@ impl Faces {
             if self.is_textured[face] {
                 corners.extend_from_slice(&self.corners[start..end]);
             } else {
-                let texture = self.textures.get(face);
-                let name =
-                    texture.map_or_else(String::new, |&texture| texture_name(texture, names));
+                let texture = self.textures.get(face).copied().unwrap_or(0);
+                let is_named = !(names.is_empty() && self.textures.is_empty());
+                let name = if is_named { texture_name(texture, names) } else { String::new() };
                 without.add(["", "", &name], 1);
             }
             start = end;

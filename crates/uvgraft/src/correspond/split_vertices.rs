@@ -110,21 +110,26 @@ impl fmt::Display for Numbering {
 /// Those of [`Pair::by_vertex_map`], if no numbering of the vertices fits and connectivity does not
 /// link the meshes either.
 pub fn link_by_vertex_map(
-    source: Mesh,
-    target: Mesh,
+    source: &Mesh,
+    target: &Mesh,
     vertex_map: &[i64],
 ) -> Result<MapLinks, LinkError> {
-    let mut source_numbers = source_numberings(&source, vertex_map.len());
-    if source_numbers.is_empty() {
-        return Err(LinkError::length(vertex_map, &source, &target));
+    let source_numbers = source_numberings(source, vertex_map.len());
+    let vertices = target.positions().len();
+    let is_stored = vertex_map.len() == source.positions().len();
+    let is_swapped = !is_stored && vertex_map.len() == vertices;
+    let entries = vertex_map::check_entries(vertex_map, vertices);
+    if is_stored {
+        entries?;
+    } else if is_swapped || source_numbers.is_empty() || entries.is_err() {
+        return Err(LinkError::length(vertex_map, source, target));
     }
-    vertex_map::check_entries(vertex_map, target.positions().len())?;
     let mut best: Option<Attempt> = None;
-    let target_numbers = target_numberings(&target, vertex_map);
+    let target_numbers = target_numberings(target, vertex_map);
     for target_number in &target_numbers {
-        for source_number in &mut source_numbers {
+        for source_number in &source_numbers {
             let attempt =
-                Attempt::new([&source, &target], [source_number, target_number], vertex_map);
+                Attempt::new([source, target], [source_number, target_number], vertex_map);
             let is_better =
                 attempt.pieces.len() > best.as_ref().map_or(0, |best| best.pieces.len());
             let is_whole = attempt.share() >= 1.0;
@@ -136,8 +141,7 @@ pub fn link_by_vertex_map(
             }
         }
     }
-    let is_split = target_numbers.len() + source_numbers.len() > 2
-        || source_numbers.iter().any(|(numbering, _)| *numbering != Numbering::Stored);
+    let is_split = !is_stored || target_numbers.len() > 1;
     if is_split && best.as_ref().is_none_or(|best| best.share() < DISORDERED) {
         let (mut source, mut target) = (source.clone(), target.clone());
         if let Ok((pieces, report)) = topology::pieces(&mut source, &mut target) {
@@ -150,15 +154,15 @@ pub fn link_by_vertex_map(
 
 fn finish(
     best: Option<Attempt>,
-    source: Mesh,
-    target: Mesh,
+    source: &Mesh,
+    target: &Mesh,
     vertex_map: &[i64],
 ) -> Result<MapLinks, LinkError> {
     let Some(best) = best else {
         return Err(if vertex_map.len() == source.positions().len() {
             LinkError::Nothing { source_faces: source.faces().len() }
         } else {
-            LinkError::length(vertex_map, &source, &target)
+            LinkError::length(vertex_map, source, target)
         });
     };
     let [source, target] = best.meshes;
@@ -283,122 +287,4 @@ fn places(first_at_place: &[u32]) -> (usize, Vec<u32>) {
 /// Number of different places of a mesh's vertices.
 pub(super) fn place_count(mesh: &Mesh) -> usize {
     places(&first_at_place(mesh)).0
-}
-
-#[cfg(test)]
-mod tests {
-    use uvgraft_figure::Figure;
-
-    use super::*;
-
-    /// The mesh with a vertex for each pair of a vertex and a coordinate, in this order, and the same
-    /// triangles.
-    fn split(mesh: &Mesh, ordered: impl Fn(&mut Vec<(u32, u32)>)) -> Mesh {
-        let corners = || {
-            mesh.faces()
-                .as_flattened()
-                .iter()
-                .copied()
-                .zip(mesh.uv_faces().as_flattened().iter().copied())
-        };
-        let mut pairs: Vec<(u32, u32)> = Vec::new();
-        let mut known = std::collections::HashSet::new();
-        corners().filter(|pair| known.insert(*pair)).for_each(|pair| pairs.push(pair));
-        ordered(&mut pairs);
-        let number: HashMap<_, _> = pairs.iter().copied().zip(0_u32..).collect();
-        let faces: Vec<u32> = corners().map(|pair| number[&pair]).collect();
-        let faces = faces.as_chunks::<3>().0;
-        let positions =
-            pairs.iter().map(|&(vertex, _)| mesh.positions()[vertex as usize]).collect();
-        let uv = pairs.iter().map(|&(_, uv)| mesh.uv()[uv as usize]).collect();
-        Mesh::from_triangles(positions, uv, faces, faces).unwrap()
-    }
-
-    /// As Blender's and other exporters do: copies behind the vertices.
-    fn appended(pairs: &mut Vec<(u32, u32)>) {
-        pairs.sort_unstable();
-        let mut last = None;
-        let is_first: Vec<bool> =
-            pairs.iter().map(|&(vertex, _)| last.replace(vertex) != Some(vertex)).collect();
-        let of = |wanted: bool| pairs.iter().zip(&is_first).filter(move |(_, it)| **it == wanted);
-        *pairs = of(true).chain(of(false)).map(|(pair, _)| *pair).collect();
-    }
-
-    /// As trimesh does: by coordinate.
-    fn by_coordinate(pairs: &mut Vec<(u32, u32)>) {
-        pairs.sort_unstable_by_key(|&(vertex, uv)| (uv, vertex));
-        pairs.reverse();
-    }
-
-    fn figure() -> (Mesh, Mesh, Vec<i64>, usize) {
-        let Figure { head, body, vertex_map, .. } = Figure::new();
-        let ids: Vec<i64> = vertex_map.iter().map(|&id| i64::from(id)).collect();
-        let plain = link_by_vertex_map(head.clone(), body.clone(), &ids).unwrap();
-        assert_eq!(
-            (&plain.used, plain.used.assumed()),
-            (&MapUse::Numbered([Numbering::Stored; 2]), None)
-        );
-        let by_map = Pair::by_vertex_map(head.clone(), body.clone(), &ids).unwrap();
-        assert_eq!(plain.pair, by_map);
-        (head, body, ids, plain.pair.pieces().len())
-    }
-
-    #[test]
-    fn split_vertices_are_those_that_the_map_counts() {
-        let (head, body, ids, links) = figure();
-        let sorted = |pairs: &mut Vec<(u32, u32)>| pairs.sort_unstable();
-        for (source, target, wanted) in [
-            (split(&head, appended), body.clone(), "the first"),
-            (split(&head, sorted), body.clone(), "different places of vertices of the source mesh"),
-            (head.clone(), split(&body, appended), "of the target mesh"),
-            (split(&head, sorted), split(&body, sorted), "source mesh and the"),
-            (split(&head, by_coordinate), body.clone(), "linked by connectivity instead"),
-            (head.clone(), split(&body, by_coordinate), "linked by connectivity instead"),
-        ] {
-            let found = link_by_vertex_map(source, target, &ids).unwrap();
-            let assumed = found.used.assumed().unwrap();
-            assert!(assumed.contains(wanted), "{wanted}: {assumed}");
-            assert_eq!(found.pair.pieces().len(), links, "{assumed}");
-        }
-    }
-
-    #[test]
-    fn appended_vertices_are_left_out() {
-        let (head, body, ids, links) = figure();
-        let mut positions = head.positions().to_vec();
-        let first = positions.len() as u32;
-        positions.extend([[0.0, 9.0, 0.0], [0.1, 9.0, 0.0], [0.0, 9.1, 0.0]]);
-        let faces = [head.faces(), &[[first, first + 1, first + 2]]].concat();
-        let uv_faces = [head.uv_faces(), &[[0, 1, 2]]].concat();
-        let longer =
-            Mesh::from_triangles(positions, head.uv().to_vec(), &faces, &uv_faces).unwrap();
-        let found = link_by_vertex_map(longer, body, &ids).unwrap();
-        assert_eq!(found.pair.pieces().len(), links);
-        let wanted = format!(
-            "taken for a map of the first {first} vertices (3 after them are left out) of the source mesh"
-        );
-        assert_eq!(found.used.assumed(), Some(wanted));
-    }
-
-    #[test]
-    fn what_is_not_understood_is_refused_with_the_counts() {
-        let (head, body, ids, _) = figure();
-        let refused = |source: &Mesh, ids: &[i64]| {
-            link_by_vertex_map(source.clone(), body.clone(), ids).unwrap_err().to_string()
-        };
-        let vertices = head.positions().len();
-        let short = refused(&head, &ids[..7]);
-        let wanted = format!("one entry per vertex of the source mesh, {vertices}, got 7");
-        assert!(short.ends_with(&wanted), "{short}");
-        let longer = [&ids[..], &[0]].concat();
-        assert!(refused(&head, &longer).contains(&format!("got {}", vertices + 1)));
-        let apart = split(&head, by_coordinate);
-        let (count, short) = (apart.positions().len(), refused(&apart, &ids[..7]));
-        assert!(
-            short.contains(&format!("{count} (at {vertices} different places), got 7")),
-            "{short}"
-        );
-        let far = vec![body.positions().len() as i64; vertices];
-        assert!(refused(&head, &far).contains("are the indices 1-based?"));
-    }
 }
