@@ -419,7 +419,7 @@ fn broken_motions_and_shapes_are_refused() {
             ],
         ),
         ("--motion rateless.npz --fps 0", &["rateless.npz: use --fps to state"]),
-        ("--motion degrees.npz", &["degrees.npz: rotations must be in radians, got 70.0"]),
+        ("--motion degrees.npz", &["degrees.npz: rotations must be in radians, got 121.2"]),
         ("--motion matrices.npz", &["matrices.npz: `poses`", "rotation vectors, not matrices"]),
         ("--motion never.npz", &["never.npz: the frame rate must be more than 0", "got 0"]),
         ("--ground feet", &["--motion"]),

@@ -90,7 +90,7 @@ impl Motion {
         doubts
     }
 
-    /// The largest speed of the hips, in metres per second, and when, in seconds.
+    /// The largest speed of the hips up to rounding, in metres per second, and when first, in seconds.
     fn largest_speed(&self) -> (f32, f64) {
         let last = self.frames() - 1;
         let step = ((SPEED_S * self.rate()).round() as usize).clamp(1, last.max(1));
@@ -99,7 +99,7 @@ impl Motion {
             let [from, to] = [frame - step, frame].map(|at| Vec3::from(self.translation(at)));
             (from.distance(to) / seconds as f32, (frame - step) as f64 / self.rate())
         });
-        speeds.fold((0.0, 0.0), |most, found| if found.0 > most.0 { found } else { most })
+        speeds.fold((0.0, 0.0), |most, found| if found.0 > most.0 * 1.001 { found } else { most })
     }
 
     fn median_height(&self, up: UpAxis) -> f32 {

@@ -139,8 +139,13 @@ impl Posture {
             if !is_still && is_on_hands && along(down, lowest).abs() < NEAR_M {
                 return certain(down);
             }
-            let up = if down == UpAxis::Y { UpAxis::MinusY } else { UpAxis::MinusZ };
-            return Guess { up, is_certain: !(is_still && is_on_hands) };
+            // Cameras have Y down; hardly anything has Z down, so that a body without positions rather
+            // lies on its back.
+            return match down {
+                UpAxis::Y => Guess { up: UpAxis::MinusY, is_certain: !(is_still && is_on_hands) },
+                _ if is_still => Guess { up: UpAxis::Y, is_certain: false },
+                _ => certain(UpAxis::MinusZ),
+            };
         }
         let on_ground = [lowest.y, lowest.z].map(|height| height.abs() < NEAR_M);
         let up = if on_ground == [true, false] { UpAxis::Y } else { UpAxis::Z };
@@ -286,8 +291,9 @@ mod tests {
                 let found = guess(Quat::IDENTITY, height, axes, true);
                 assert_eq!(found, Guess { up, is_certain: true }, "{height}");
             }
-            assert_eq!(guess(Quat::IDENTITY, 0.0, axes, false).up, up);
         }
+        let found = guess(Quat::IDENTITY, 0.0, UpAxis::MinusY.upright().inverse(), false);
+        assert_eq!(found, Guess { up: UpAxis::MinusY, is_certain: true });
         // On the back along Y, on a ground of Z up.
         let axes = UpAxis::Z.upright().inverse();
         let lying = Quat::from_rotation_x(-1.5);
