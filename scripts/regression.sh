@@ -313,7 +313,7 @@ formats() {
     run format/jpeg transfer my.uvpair face.png --onto body.png -o @.jpg
     run format/jpeg_40 transfer my.uvpair face.png --onto body.png --quality 40 -o @.jpeg
     run format/webp transfer my.uvpair rgba.tif --size 128 -o @.webp
-    run format/webp_compressed transfer my.uvpair face.png --onto body.png --compress -o @.webp
+    run format/webp_compressed transfer my.uvpair face.png --onto body.png -o @.webp
     run format/tiff_compressed transfer my.uvpair deep.tif --size 128 --compress -o @.tiff
     run format/exr transfer my.uvpair face.png --onto body.png -o @.exr
     run format/exr_compressed transfer my.uvpair float.tif --size 80 --compress -o @.exr
@@ -390,7 +390,7 @@ regions() {
     run region/several $region --region 'groups.json#back' --region disc.tif --exclude target:body_disc.tif --mask @_mask.png -o @.png
     run region/wider $region --region disc.tif --grow 12mm --mask @_mask.png -o @.png
     run region/narrower $region --region disc.tif --grow -9mm --feather 4mm --mask @_mask.png -o @.png
-    run region/all_but_the_rim $region --grow -0.02 --mask @_mask.png -o @.png
+    run region/all_but_the_rim $region --grow -0.02m --mask @_mask.png -o @.png
     run region/inches transfer my.uvpair face.png --onto body.png --region disc.tif --grow 1in --unit in -o @.png
     run region/centimetres transfer sheet.uvpair noise.tif --onto '#888' --size 90 --grow -1cm --feather 15mm --unit mm -o @.png
     run region/reverse transfer my.uvpair whole.png --onto face.png --reverse --region disc.tif --feather 8mm --unit m --mask @_mask.png -o @.png
@@ -441,7 +441,7 @@ measures() {
     told seams/distance seams my.uvpair out/blend/feather.png --distance 4mm --unit m --worst 0 --picture @.png
     told seams/region seams my.uvpair out/region/painted.png --region disc.tif --grow 2mm --unit m --json --picture @.png
     told seams/reverse seams my.uvpair out/lanczos3/reverse.png --reverse --exclude source:groups.json#top --json
-    told seams/sheet seams sheet.uvpair out/option/sheet.png --distance 2 --json --picture @.png
+    told seams/sheet seams sheet.uvpair out/option/sheet.png --distance 2mm --unit mm --json --picture @.png
 
     run roundtrip/body roundtrip my.uvpair whole.png --via 200 --fit --baseline grid,affine --metrics l1,psnr --repeats 1 -o @
     run roundtrip/filters roundtrip my.uvpair noise.tif --via 97x131 --filter nearest,bilinear,catmull-rom --baseline grid --gutter 3 --metrics l1 --repeats 1 -o @
@@ -485,7 +485,7 @@ renders() {
 
 refusals() {
     refused error/no_pair transfer face.png face.png --size 64 -o @.png
-    refused error/empty_region transfer my.uvpair face.png --size 64 --region disc.tif --grow -900mm --unit m -o @.png
+    refused error/empty_region transfer my.uvpair face.png --size 64 --region disc.tif --exclude disc.tif --unit m -o @.png
     refused error/no_size transfer my.uvpair face.png -o @.png
     refused error/other_mesh pair head.obj sheet.obj --vertex-map head_to_body.npy -o @.uvpair
     refused error/sizes compare face.png noise.tif

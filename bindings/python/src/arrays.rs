@@ -20,6 +20,8 @@ const PIL_MODES: [&str; 6] = ["L", "LA", "RGB", "RGBA", "I;16", "F"];
 /// A texture given by a user.
 pub(crate) struct GivenTexture {
     pub(crate) texture: Texture,
+    /// What messages call it: its file, or the argument.
+    pub(crate) name: PathBuf,
     /// Whether the array has no axis of channels, so that results should have none either.
     pub(crate) is_flat: bool,
 }
@@ -41,8 +43,9 @@ pub(crate) fn texture(
     let py = given.py();
     if let Ok(path) = given.extract::<PathBuf>() {
         let read = py.detach(|| image::read(&path)).map_err(of_reading)?;
-        return Ok(GivenTexture { texture: read.texture, is_flat: false });
+        return Ok(GivenTexture { texture: read.texture, name: path, is_flat: false });
     }
+    let name = file_of_pil(given).unwrap_or_else(|| PathBuf::from(what));
     let array = untyped(given, what)?;
     let (size, channels) = shape(&array, what)?;
     let is_flat = array.ndim() == 2;
@@ -62,7 +65,15 @@ pub(crate) fn texture(
         )));
     };
     let texture = Texture::new(size, channels, encoding, texels).map_err(of_texture)?;
-    Ok(GivenTexture { texture, is_flat })
+    Ok(GivenTexture { texture, name, is_flat })
+}
+
+/// The file that a PIL image was opened from.
+fn file_of_pil(given: &Bound<'_, PyAny>) -> Option<PathBuf> {
+    let py = given.py();
+    given.getattr_opt(intern!(py, "getbands")).ok()??;
+    let name = given.getattr_opt(intern!(py, "filename")).ok()??;
+    name.extract().ok().filter(|name: &PathBuf| !name.as_os_str().is_empty())
 }
 
 /// An array of any dtype.

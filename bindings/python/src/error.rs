@@ -1,14 +1,11 @@
 //! Errors of the crates as the exceptions that Python users expect.
 
-use std::ffi::CString;
 use std::fs::File;
 use std::io;
 use std::path::Path;
 
 use pyo3::create_exception;
-use pyo3::exceptions::{
-    PyKeyboardInterrupt, PyMemoryError, PyOSError, PyTypeError, PyUserWarning, PyValueError,
-};
+use pyo3::exceptions::{PyKeyboardInterrupt, PyMemoryError, PyOSError, PyTypeError, PyValueError};
 use pyo3::prelude::*;
 use uvgraft::{GraftError, TextureError};
 use uvgraft_io::input::ReadError;
@@ -156,15 +153,6 @@ pub(crate) fn check_file(path: &Path) -> PyResult<()> {
         }
     });
     opened.map_err(|reason| of_file(&reason, path))
-}
-
-/// Warns as `warnings.warn` does.
-///
-/// # Errors
-/// The warning, where warnings are to be raised.
-pub(crate) fn warn(py: Python<'_>, text: &str) -> PyResult<()> {
-    let text = CString::new(text).map_err(failed)?;
-    PyErr::warn(py, &py.get_type::<PyUserWarning>(), &text, 1)
 }
 
 /// Warns, of the line that called the package.

@@ -13,11 +13,14 @@ use crate::error::{bad_value, check_file, check_files, of_option, of_pipeline};
 use crate::inputs;
 use crate::keywords::Keywords;
 use crate::threads;
+use crate::work::{self, Finished};
 
 /// The compiled part of `uvgraft.FileTransfer`.
 #[pyclass(frozen, module = "uvgraft._uvgraft", name = "PreparedTransfer")]
 pub(crate) struct Prepared {
     prepared: PreparedTransfer,
+    /// What preparing assumed.
+    notes: Vec<String>,
     threads: Option<usize>,
 }
 
@@ -35,8 +38,9 @@ impl Prepared {
         let transfer = keywords.transfer()?;
         keywords.finish()?;
         check_files(py, transfer.prepared_inputs())?;
-        let prepared = threads::run(py, threads, || transfer.prepare(&()))?.map_err(of_pipeline)?;
-        Ok(Self { prepared, threads })
+        let Finished { result: prepared, notes } =
+            work::run(py, threads, move |observer| transfer.prepare(observer))?;
+        Ok(Self { prepared, notes, threads })
     }
 
     #[pyo3(signature = (source, output, *, threads=None))]
@@ -76,6 +80,11 @@ impl Prepared {
     #[getter]
     fn fingerprint(&self) -> &str {
         self.prepared.fingerprint()
+    }
+
+    #[getter]
+    fn notes(&self) -> Vec<String> {
+        self.notes.clone()
     }
 
     #[getter]
@@ -131,9 +140,8 @@ impl Keywords<'_> {
         transfer.blending = settings.blending_if_any(&transfer.region, gutter_px);
         transfer.source_mask = self.image("source_mask")?;
         transfer.fill = self.image("fill")?;
-        let default = WriteOptions::default();
-        let quality = self.whole("quality", 1..=100)?.unwrap_or(default.jpeg_quality);
-        transfer.write = default.compress(self.flag("compress")?).jpeg_quality(quality);
+        transfer.write = WriteOptions::default().compress(self.flag("compress")?);
+        transfer.write.jpeg_quality = self.whole("quality", 1..=100)?;
         Ok(transfer)
     }
 

@@ -1,11 +1,13 @@
 //! Prepared transfers.
 
+use std::path::Path;
 use std::sync::{Arc, Mutex, PoisonError};
 
 use numpy::{PyUntypedArray, PyUntypedArrayMethods};
 use pyo3::intern;
 use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyTuple};
+use uvgraft::blend::FeatherFit;
 use uvgraft::layout_match::LayoutProbe;
 use uvgraft::{
     Averaging, Blend, BlendDomain, BlendOptions, Choice, Content, Direction, Encoding, Filter,
@@ -18,7 +20,7 @@ use uvgraft_pipeline::{BlendMode, CheckedPair, LayoutChecks, ToneSide};
 use crate::arguments::{self, chosen, direction};
 use crate::arrays::{GivenTexture, OutArray, array, copy, depth_of, shape, texture};
 use crate::base::Base;
-use crate::error::{bad_value, failed, of_graft, warn};
+use crate::error::{bad_value, failed, of_graft, warn_caller};
 use crate::map::{self, SamplingMap};
 use crate::operator::Operator;
 use crate::pair::Pair;
@@ -68,8 +70,8 @@ const FEATHER_M: f64 = 0.01;
 ///     How to hide the boundary of the region: by fading into the base, or by matching skin tones as
 ///     well.
 /// feather : float, optional
-///     Width of the feather, inwards from the boundary, in the target mesh's unit; by default 0.01
-///     with a blend.
+///     Width of the feather, inwards from the boundary, in the target mesh's unit, and at most as wide as
+///     the region; by default 0.01 with a blend.
 /// tone : {"base", "source", "both", "none"}
 ///     Side that sets the skin tone.
 /// match_skin : bool
@@ -86,7 +88,8 @@ const FEATHER_M: f64 = 0.01;
 /// Raises
 /// ------
 /// TypeError, ValueError
-///     For options that do not exist, and values that are not allowed.
+///     For options that do not exist, and values that are not allowed, such as a feather that is wider
+///     than the region.
 /// uvgraft.Error
 ///     If no linked triangle is left in the region.
 #[pyclass(frozen, module = "uvgraft", name = "Graft")]
@@ -176,7 +179,8 @@ impl Graft {
     /// -----
     /// UserWarning
     ///     If no tone can be matched, or a tone is implausible; for NaN and infinite values, which are
-    ///     left out; if `texture` or `base` was plainly made for another layout.
+    ///     left out; if `texture` or `base` was plainly made for another layout. Each names the
+    ///     texture: its file, or ``texture``.
     ///
     /// Raises
     /// ------
@@ -530,7 +534,7 @@ impl Graft {
         threads: Option<usize>,
         make: impl FnOnce(&CoreGraft, Texture, TexelFormat) -> PyResult<Overlay> + Send,
     ) -> PyResult<Bound<'py, PyAny>> {
-        let GivenTexture { texture, is_flat } = source;
+        let GivenTexture { texture, name, is_flat } = source;
         let is_flat = is_flat
             && match &base {
                 Base::Texture(given) => given.is_flat,
@@ -540,12 +544,15 @@ impl Graft {
         let graft = self.graft(py, sizes, threads)?;
         let format = base.format(texture.format());
         let (result, warnings) = threads::run(py, threads, || -> PyResult<_> {
-            let (texture, mut warnings) = self.finite(texture);
-            warnings.extend(self.misfit_of_source(&texture));
+            let (texture, mut warnings) = self.finite(texture, &name);
+            warnings.extend(self.misfit_of_source(&texture, &name));
             if let Base::Texture(given) = &base {
-                warnings.extend(self.misfit_of_base(&given.texture));
+                warnings.extend(self.misfit_of_base(&given.texture, &given.name));
             }
-            let toning = self.toning(&graft, &texture, &base, format, &mut warnings)?;
+            let (toning, of_tone) = self.toning(&graft, &texture, &base, format)?;
+            // Named, so that Python's filter tells each text once for each texture.
+            let of_tone = of_tone.into_iter();
+            warnings.extend(of_tone.map(|warning| format!("{}: {warning}", name.display())));
             let mut overlay = make(&graft, texture, format)?;
             if let Some(toning) = &toning {
                 overlay = match self.settings.content {
@@ -556,9 +563,7 @@ impl Graft {
             let base = base.into_texture(sizes.to, format)?;
             Ok((overlay.lay(0, self.reinterpreted(base)).map_err(bad_value)?, warnings))
         })??;
-        for warning in warnings {
-            warn(py, &warning)?;
-        }
+        warn_caller(py, warnings)?;
         let Some(out) = out else { return array(py, result, is_flat) };
         let mut target = OutArray::new(out, result.size(), result.format())?;
         copy(result.texels(), &mut target.texels_mut()?)?;
@@ -605,7 +610,7 @@ impl Graft {
     ) -> PyResult<Bound<'py, PyAny>> {
         let array = base.cast::<PyUntypedArray>()?;
         let (to, _) = shape(array, "base")?;
-        let (texture, mut warnings) = self.finite(source.texture);
+        let (texture, mut warnings) = self.finite(source.texture, &source.name);
         let format = texture.format();
         let graft = self.graft(py, self.sizes(texture.size(), Some(to))?, threads)?;
         if !base.is(out) {
@@ -616,37 +621,34 @@ impl Graft {
         let mut target = OutArray::new(out, to, format)?;
         let texels = target.texels_mut()?;
         threads::run(py, threads, || -> PyResult<()> {
-            warnings.extend(self.misfit_of_source(&texture));
+            warnings.extend(self.misfit_of_source(&texture, &source.name));
             let overlay = graft.overlay(texture, format).map_err(of_graft)?;
             overlay.lay_in_place(0, format, texels).map_err(bad_value)
         })??;
-        for warning in warnings {
-            warn(py, &warning)?;
-        }
+        warn_caller(py, warnings)?;
         Ok(out.clone())
     }
 
     /// A texture without NaN and infinite values, and a warning if it had any.
-    fn finite(&self, texture: Texture) -> (Texture, Vec<String>) {
+    fn finite(&self, texture: Texture, name: &Path) -> (Texture, Vec<String>) {
         let texture = self.reinterpreted(texture);
-        let (texture, warning) =
-            uvgraft_pipeline::without_non_finite(texture, std::path::Path::new("texture"));
+        let (texture, warning) = uvgraft_pipeline::without_non_finite(texture, name);
         (texture, warning.into_iter().collect())
     }
 
     /// A warning of a texture that was not made for the layout that is read.
-    fn misfit_of_source(&self, texture: &Texture) -> Option<String> {
-        let rows = texture.size().height;
-        self.layout_checks.source(self.checked_pair()?, texture, rows, "texture")
+    fn misfit_of_source(&self, texture: &Texture, name: &Path) -> Option<String> {
+        let (rows, name) = (texture.size().height, name.display().to_string());
+        self.layout_checks.source(self.checked_pair()?, texture, rows, &name)
     }
 
     /// A warning of a base that was not made for the layout that is filled.
-    fn misfit_of_base(&self, base: &Texture) -> Option<String> {
+    fn misfit_of_base(&self, base: &Texture, name: &Path) -> Option<String> {
         let checked = self.checked_pair()?;
         let [from, to] = self.layout_checks.points(checked);
         let mut probe = LayoutProbe::new([to, from], base.size());
         probe.look(0, base);
-        LayoutChecks::base(checked, &probe, "base")
+        LayoutChecks::base(checked, &probe, &name.display().to_string())
     }
 
     /// `None` for what is not a colour.
@@ -665,31 +667,32 @@ impl Graft {
         }
     }
 
-    /// The tone and what is left out of the texture. Where no tone can be found, colours stay as
-    /// they are, with a warning.
+    /// The tone and what is left out of the texture, and warnings. Where no tone can be found, colours
+    /// stay as they are.
     fn toning(
         &self,
         graft: &CoreGraft,
         texture: &Texture,
         base: &Base,
         format: TexelFormat,
-        warnings: &mut Vec<String>,
-    ) -> PyResult<Option<ToneCorrection>> {
+    ) -> PyResult<(Option<ToneCorrection>, Vec<String>)> {
+        let mut warnings = Vec::new();
         let Some(blend) = graft.blend().filter(|blend| blend.options().needs_labels()) else {
-            return Ok(None);
+            return Ok((None, warnings));
         };
         if self.settings.content != Content::Color {
-            return Ok(if blend.has_labels() { graft.exclusion(texture) } else { None });
+            let excluded = if blend.has_labels() { graft.exclusion(texture) } else { None };
+            return Ok((excluded, warnings));
         }
         if !blend.options().needs_colors() {
-            return Ok(graft.exclusion(texture));
+            return Ok((graft.exclusion(texture), warnings));
         }
         let toning = graft.toning(texture, &base.colors()?, format).unwrap_or_else(|why| {
             warnings.push(format!("{why}; colours left unchanged"));
             graft.exclusion(texture)
         });
         warnings.extend(toning.iter().flat_map(|toning| toning.report().warnings()));
-        Ok(toning)
+        Ok((toning, warnings))
     }
 }
 
@@ -855,15 +858,27 @@ impl<'py> Options<'py> {
             Some(region) => selection(&domain, region)?,
             None => domain.linked(),
         };
-        threads::run(py, threads, move || -> PyResult<_> {
+        let blend = threads::run(py, threads, move || -> PyResult<_> {
             let mut blend = Blend::new(&selected, options).map_err(failed)?;
+            if let FeatherFit::TooWide { depth } = blend.feather_fit() {
+                return Err(bad_value(format_args!(
+                    "feather must be at most {depth:.4}, the distance of the region's innermost point from \
+                     its boundary in the mesh's unit, got {feather}"
+                )));
+            }
             if let Some(skin) = skin {
                 blend = blend.with_skin(skin.texture);
             }
             if let Some(labels) = labels {
                 blend = blend.with_labels(Labels::from_picture(&labels.texture).map_err(failed)?);
             }
-            Ok(Some(Arc::new(blend)))
-        })?
+            Ok(Arc::new(blend))
+        })??;
+        // With a membrane each texture is told that there is no boundary.
+        if blend.feather_fit() == FeatherFit::NoBoundary && !options.needs_colors() {
+            let warning = "feather has no effect: the region has no boundary".to_owned();
+            warn_caller(py, vec![warning])?;
+        }
+        Ok(Some(blend))
     }
 }

@@ -3,10 +3,10 @@
 use std::path::PathBuf;
 
 use pyo3::prelude::*;
-use uvgraft_io::image::{self, WriteError, WriteOptions};
+use uvgraft_io::image::{self, Format, WriteError, WriteOptions};
 
 use crate::arrays::{array, texture};
-use crate::error::{bad_value, failed, of_file, of_reading, warn};
+use crate::error::{bad_value, failed, of_file, of_reading, warn_caller};
 
 /// Read an image file.
 ///
@@ -43,9 +43,9 @@ pub(crate) fn read_image(py: Python<'_>, path: PathBuf) -> PyResult<Bound<'_, Py
 /// encoding : {"srgb", "linear", "data"}
 ///     What its values are.
 /// compress : bool
-///     Write a smaller file, more slowly.
-/// quality : int
-///     JPEG quality, 1 to 100.
+///     Write a smaller PNG, TIFF or EXR file, more slowly.
+/// quality : int, optional
+///     JPEG quality, 1 to 100, for JPEG files only; by default 95.
 ///
 /// Warns
 /// -----
@@ -56,24 +56,30 @@ pub(crate) fn read_image(py: Python<'_>, path: PathBuf) -> PyResult<Bound<'_, Py
 /// ------
 /// OSError
 ///     If the file cannot be written.
+/// ValueError
+///     If an option means nothing to the format.
 /// uvgraft.Error
 ///     If the format cannot hold the image.
 #[pyfunction]
-#[pyo3(signature = (path, image, *, encoding="srgb", compress=false, quality=95))]
+#[pyo3(signature = (path, image, *, encoding="srgb", compress=false, quality=None))]
 pub(crate) fn write_image(
     py: Python<'_>,
     path: PathBuf,
     image: &Bound<'_, PyAny>,
     encoding: &str,
     compress: bool,
-    quality: u8,
+    quality: Option<u8>,
 ) -> PyResult<()> {
     let encoding = crate::arguments::chosen("encoding", encoding)?;
-    if !(1..=100).contains(&quality) {
+    if let Some(quality) = quality.filter(|quality| !(1..=100).contains(quality)) {
         return Err(bad_value(format_args!("quality must be from 1 to 100, got {quality}")));
     }
     let texture = texture(image, "image", encoding)?.texture;
-    let options = WriteOptions::default().compress(compress).jpeg_quality(quality);
+    let mut options = WriteOptions::default().compress(compress);
+    options.jpeg_quality = quality;
+    if let Some(format) = Format::from_path(&path) {
+        options.check(&[format]).map_err(bad_value)?;
+    }
     let written = py.detach(|| image::write(&texture.into(), &path, &options));
     let written = written.map_err(|error| match error {
         WriteError::Encode { reason: image::EncodeError::Io(reason), .. } => {
@@ -81,8 +87,6 @@ pub(crate) fn write_image(
         }
         error => failed(error),
     })?;
-    for loss in written.losses {
-        warn(py, &format!("{}: {loss}", path.display()))?;
-    }
-    Ok(())
+    let losses = written.losses.iter().map(|loss| format!("{}: {loss}", path.display()));
+    warn_caller(py, losses.collect())
 }

@@ -7,15 +7,19 @@ use pyo3::prelude::*;
 use pyo3::types::PyTuple;
 use uvgraft::blend::Growth;
 use uvgraft::{BlendDomain, Encoding, Selection};
+use uvgraft_pipeline::{grown, spelled};
 
 use crate::arguments::chosen;
 use crate::arrays::{numbers, texture};
-use crate::error::{bad_value, failed};
+use crate::error::{bad_value, failed, warn_caller};
 
 /// Regions in each other; deeper recipes are refused.
 const MAX_DEPTH: usize = 100;
 
 /// The selection that a `uvgraft.Region` describes.
+///
+/// # Errors
+/// `ValueError` if shrinking leaves nothing, or growing covers everything; next to nothing is warned of.
 pub(crate) fn selection(domain: &BlendDomain, region: &Bound<'_, PyAny>) -> PyResult<Selection> {
     let recipe = region.getattr("_recipe").map_err(|_| {
         crate::error::bad_type(format_args!("region must be a uvgraft.Region, got {region}"))
@@ -51,8 +55,25 @@ fn follow(domain: &BlendDomain, recipe: &Bound<'_, PyTuple>, depth: usize) -> Py
         "union" => inner(1)?.union(&inner(2)?).map_err(failed),
         "difference" => inner(1)?.difference(&inner(2)?).map_err(failed),
         "intersection" => inner(1)?.intersection(&inner(2)?).map_err(failed),
-        "length" => Ok(inner(1)?.grown(Growth::Length(recipe.get_item(2)?.extract()?))),
-        "rings" => Ok(inner(1)?.grown(Growth::Rings(recipe.get_item(2)?.extract()?))),
+        "length" => {
+            let by: f64 = recipe.get_item(2)?.extract()?;
+            if !by.is_finite() {
+                return Err(bad_value(format_args!(
+                    "Region.grown(): length must be finite, got {by}"
+                )));
+            }
+            resized(recipe.py(), &inner(1)?, Growth::Length(by))
+        }
+        "rings" => resized(recipe.py(), &inner(1)?, Growth::Rings(recipe.get_item(2)?.extract()?)),
         other => Err(bad_value(format_args!("unknown kind of region {other:?}"))),
     }
+}
+
+fn resized(py: Python<'_>, selection: &Selection, by: Growth) -> PyResult<Selection> {
+    let in_python = |name: &str| (name == "grow").then(|| "Region.grown()".to_owned());
+    let grown =
+        grown(selection, by, None).map_err(|failure| bad_value(failure.spelled(in_python)))?;
+    let warning = grown.warning.map(|warning| spelled(&warning, in_python));
+    warn_caller(py, warning.into_iter().collect())?;
+    Ok(grown.selection)
 }

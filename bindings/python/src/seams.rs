@@ -46,7 +46,8 @@ const MAX_WORST: usize = 1000;
 ///     Distance from the edge at which colours are sampled on each side, in texels and within the UV
 ///     island; by default 1.
 /// distance : float, optional
-///     The same in the mesh's unit along the surface, across UV seams, in place of `offset`.
+///     The same in the mesh's unit along the surface, across UV seams, in place of `offset`; at most the
+///     mesh's largest dimension.
 /// base : ndarray, PIL image or path, optional
 ///     The base before the transfer, of the texture's height and width, for comparing its tone.
 /// face : ndarray, PIL image or path, optional
@@ -100,6 +101,14 @@ pub(crate) fn seams<'py>(
     let textures = Textures::new(texture, base, face, encoding)?;
     let (pair, direction) = (Arc::clone(&pair.get().file.pair), direction(reverse));
     let domain = threads::run(py, threads, move || BlendDomain::new(pair, direction))?;
+    if let Offset::Distance(distance) = options.offset
+        && distance > domain.extent()
+    {
+        let largest = domain.extent();
+        return Err(bad_value(format_args!(
+            "distance must be at most {largest:.4}, the mesh's largest dimension, got {distance}"
+        )));
+    }
     let selected = match &region {
         Some(region) => selection(&domain, region)?,
         None => domain.linked(),

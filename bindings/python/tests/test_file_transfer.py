@@ -55,9 +55,8 @@ CASES = [
             "onto": "base.png",
             "region": ["target:mask.png"],
             "exclude": "corner.npy",
-            "grow": "-1rings",
             "unit": "cm",
-            "feather": 0.05,
+            "feather": "0.05cm",
             "keep_all": True,
             "source_mask": "mask.png",
             "fill": "face.png",
@@ -69,18 +68,21 @@ CASES = [
             "target:mask.png",
             "--exclude",
             "corner.npy",
-            "--grow",
-            "-1rings",
             "--unit",
             "cm",
             "--feather",
-            "0.05",
+            "0.05cm",
             "--keep-all",
             "--source-mask",
             "mask.png",
             "--fill",
             "face.png",
         ],
+        "png",
+    ),
+    (
+        {"onto": "base.png", "region": "corner.npy", "grow": "1cm"},
+        ["--onto", "base.png", "--region", "corner.npy", "--grow", "1cm"],
         "png",
     ),
     (
@@ -211,6 +213,11 @@ def test_errors(files):
             uvgraft.Error,
             "^`feather` cannot be used with `blend` none$",
         ),
+        ({"feather": 10}, uvgraft.Error, '^`feather` "10.0": must have a unit, .* such as 10.0mm'),
+        ({"feather": "10"}, uvgraft.Error, '^`feather` "10": must have a unit, .* such as 10mm'),
+        ({"grow": -0.02}, uvgraft.Error, '^`grow` "-0.02": must have a unit'),
+        ({"size": 8, "grow": "2rings"}, uvgraft.Error, "^`grow` needs `region`"),
+        ({"size": 8, "tone": "base"}, uvgraft.Error, "^`tone` needs `blend` membrane"),
         ({}, uvgraft.Error, "must have a size: use `size` N or `onto` IMAGE"),
         ({"size": 8, "data": True, "linear_light": True}, uvgraft.Error, "^`data` cannot be used"),
         ({"size": 8, "fit_steps": 3}, uvgraft.Error, "^`fit_steps` needs `fit`$"),
@@ -247,6 +254,19 @@ def test_missing_files(files, options):
     assert caught.value.filename == "none"
     with pytest.raises(FileNotFoundError):
         uvgraft.FileTransfer("none", size=8)
+
+
+def test_what_textures_share_is_warned_of(files):
+    base = np.full((32, 32, 3), 0.5, np.float32)
+    base[3, 4, 0] = np.nan
+    uvgraft.write_image("nan.exr", base)
+    with pytest.warns(UserWarning, match=r"^nan.exr: 1 texel is NaN or infinite") as caught:
+        transfer = uvgraft.FileTransfer(
+            "a.uvpair", onto="nan.exr", exclude="corner.npy", feather="1mm"
+        )
+    assert [it.filename for it in caught] == [__file__]
+    assert [note.partition(";")[0] for note in transfer.notes] == ["the mesh has no unit"]
+    assert transfer.to_bytes((files / "face.png").read_bytes())[1].warnings == []
 
 
 @pytest.mark.parametrize("name", sorted(uvgraft.TransferOptions.__annotations__))

@@ -2,6 +2,7 @@
 
 import pathlib
 import pickle
+import warnings
 
 import numpy as np
 import pytest
@@ -182,6 +183,50 @@ def test_not_finite_values_show_the_base(pair):
     assert np.isfinite(result).all()
 
 
+def test_warnings_name_textures_and_are_not_repeated(pair, tmp_path):
+    face, base = noise(16, 16, 3), noise(32, 32, 3)
+    names = [str(tmp_path / name) for name in ("a.png", "b.png")]
+    for name in names:
+        uvgraft.write_image(name, face)
+    graft = uvgraft.Graft(pair, blend="membrane")
+    with warnings.catch_warnings(record=True) as caught:
+        warnings.simplefilter("default")
+        for _ in range(3):
+            for texture in (*names, face):
+                graft.apply(texture, base)
+    said = "the region has no boundary: it covers the whole surface; colours left unchanged"
+    assert [str(it.message) for it in caught] == [f"{it}: {said}" for it in (*names, "texture")]
+    assert {it.filename for it in caught} == {__file__}
+    # Whoever asks for errors gets one each time.
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        for _ in range(2):
+            with pytest.raises(UserWarning, match="a.png: the region has no boundary"):
+                graft.apply(names[0], base)
+
+
+def test_images_of_pil_are_called_by_their_file(pair, tmp_path):
+    path = str(tmp_path / "face.png")
+    uvgraft.write_image(path, noise(16, 16, 3))
+    graft = uvgraft.Graft(pair, blend="membrane")
+    with Image.open(path) as opened, pytest.warns(UserWarning, match=r"face\.png: the region"):
+        graft.apply(opened, noise(32, 32, 3))
+    with pytest.warns(UserWarning, match="^texture: the region"):
+        graft.apply(Image.fromarray(noise(16, 16, 3)), noise(32, 32, 3))
+
+
+def test_encoding_options_of_other_formats(tmp_path):
+    face = noise(8, 8, 3)
+    for name, options in [("a.png", {"quality": 80}), ("a.webp", {"quality": 95})]:
+        with pytest.raises(ValueError, match="`quality` is for JPEG files only"):
+            uvgraft.write_image(tmp_path / name, face, **options)
+    for name in ("a.jpg", "a.webp"):
+        with pytest.raises(ValueError, match="`compress` is for PNG, TIFF and EXR files only"):
+            uvgraft.write_image(tmp_path / name, face, compress=True)
+    assert not list(tmp_path.iterdir())
+    uvgraft.write_image(tmp_path / "a.jpg", face, quality=80)
+
+
 def test_regions(pair):
     face, base = np.full((16, 16, 3), 255, np.uint8), np.zeros((64, 64, 3), np.uint8)
     whole = uvgraft.Graft(pair, gutter=0).apply(face, base)[..., 0] > 0
@@ -207,6 +252,23 @@ def test_regions(pair):
         of(half - half)
     with pytest.raises(TypeError, match="either a length or rings"):
         half.grown()
+    # The half is a triangle with a corner 0.707 from the boundary.
+    for region in (half.grown(-10), half.grown(-0.8), half.grown(rings=-1), half.grown(rings=-9)):
+        with pytest.raises(ValueError, match=r"Region.grown\(\) leaves nothing .* is 0.7071 from"):
+            of(region)
+    for length in (10.0, 0.8):
+        with pytest.raises(ValueError, match=r"Region.grown\(\) must be at most 0.7071"):
+            of(half.grown(length))
+    for length in (float("nan"), float("inf"), float("-inf")):
+        with pytest.raises(ValueError, match="length must be finite"):
+            of(half.grown(length))
+    with pytest.warns(UserWarning, match=r"Region.grown\(\) leaves only 0\..* % of the region"):
+        of(half.grown(-0.67))
+    for feather in (10.0, 0.8, 1e9):
+        with pytest.raises(ValueError, match="feather must be at most 0.7071"):
+            uvgraft.Graft(pair, region=half, blend="feather", feather=feather)
+    with pytest.warns(UserWarning, match="feather has no effect: the region has no boundary"):
+        uvgraft.Graft(pair, blend="feather")
     with pytest.raises(ValueError, match='side must be "source" or "target"'):
         of(uvgraft.Region.vertices([0], side="left"))
 

@@ -153,11 +153,11 @@ def compared(demo, tmp_path):
             {"region": ids, "grow": "5mm", "unit": "m", "blend": "feather", "feather": "4mm"},
         ),
         (
-            [f"--exclude={ids}", "--grow=-0.002", "--feather=0.004", "--tone=both", "--match=skin"],
+            [f"--exclude={ids}", "--grow=-2mm", "--feather=0.004m", "--tone=both", "--match=skin"],
             {
                 "exclude": [ids],
-                "grow": -0.002,
-                "feather": 0.004,
+                "grow": "-2mm",
+                "feather": "0.004m",
                 "tone": "both",
                 "match_skin": True,
             },

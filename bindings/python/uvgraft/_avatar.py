@@ -246,9 +246,9 @@ def avatar(
         Keep the eyes of the face's texture, which is the default, or redraw them in their colour.
     region, exclude : str or sequence of str
         Parts of the surface to use or leave out: ``"target:mask.png"``, ``"masks.pkl#face,neck"``.
-    grow : float or str, optional
-        Grow the region by a length in the mesh's unit, ``"5mm"`` or ``"2rings"``; shrink it if
-        negative.
+    grow : str, optional
+        Grow the region by a length, ``"5mm"``, or by ``"2rings"``; shrink it if negative. All but
+        0 need a unit.
     unit : {"mm", "cm", "m", "in"}, optional
         Unit of the mesh coordinates. By default m.
     source_mask, fill : image or path, optional
@@ -257,8 +257,8 @@ def avatar(
         Draw the transferred region and its weights on both layouts to this file.
     blend : {"none", "feather", "membrane"}, optional
         How to hide the boundary of the region. By default membrane.
-    feather : float or str, optional
-        Width of the feather, in the mesh's unit or such as ``"10mm"``, the default.
+    feather : str, optional
+        Width of the feather, such as ``"10mm"``, the default. All but 0 need a unit.
     tone : {"base", "source", "both", "none"}, optional
         Side that sets the skin tone. By default source.
     skin : image or path, optional

@@ -46,13 +46,13 @@ class AvatarOptions(TypedDict, total=False):
     eyes: Literal["keep", "clean"]
     region: str | Sequence[str]
     exclude: str | Sequence[str]
-    grow: float | str | None
+    grow: str | None
     unit: Unit | None
     source_mask: Image | None
     fill: Image | None
     preview: StrPath | None
     blend: BlendMode | None
-    feather: float | str | None
+    feather: str | None
     tone: ToneSide | None
     skin: Image | None
     match_skin: bool

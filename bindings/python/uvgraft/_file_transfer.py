@@ -52,10 +52,10 @@ class TransferOptions(TypedDict, total=False):
     fit_steps: int | None
     region: str | Sequence[str]
     exclude: str | Sequence[str]
-    grow: float | str | None
+    grow: str | None
     unit: Unit | None
     blend: BlendMode | None
-    feather: float | str | None
+    feather: str | None
     tone: ToneSide | None
     match_skin: bool
     keep_all: bool
@@ -110,15 +110,15 @@ class FileTransfer:
     region, exclude : str or sequence of str
         Parts of the surface, as ``uvgraft transfer --region`` takes them: ``"target:mask.png"``,
         ``"masks.pkl#face,neck"``.
-    grow : float or str, optional
-        Grow the region by a length in the mesh's unit, ``"5mm"`` or ``"2rings"``; shrink it if
-        negative.
+    grow : str, optional
+        Grow the region by a length, ``"5mm"``, or by ``"2rings"``; shrink it if negative. All but
+        0 need a unit.
     unit : {"mm", "cm", "m", "in"}, optional
         Unit of the mesh coordinates. By default m.
     blend : {"none", "feather", "membrane"}, optional
         How to hide the boundary of the region. By default none, or feather with one.
-    feather : float or str, optional
-        Width of the feather, in the mesh's unit or such as ``"10mm"``, the default.
+    feather : str, optional
+        Width of the feather, such as ``"10mm"``, the default. All but 0 need a unit.
     tone : {"base", "source", "both", "none"}, optional
         Side that sets the skin tone. By default base.
     match_skin : bool
@@ -131,6 +131,12 @@ class FileTransfer:
         Write smaller files, more slowly.
     quality : int
         JPEG quality, 1 to 100. By default 95.
+
+    Warns
+    -----
+    UserWarning
+        For what is implausible about the region and the base. `Transferred` has the warnings of each
+        texture.
 
     Raises
     ------
@@ -155,6 +161,11 @@ class FileTransfer:
     def fingerprint(self) -> str:
         """Of all options and all files that textures share: 64 hexadecimal digits."""
         return self._prepared.fingerprint
+
+    @property
+    def notes(self) -> list[str]:
+        """What preparing assumed, such as the unit of the mesh."""
+        return self._prepared.notes
 
     @property
     def shape(self) -> tuple[int, int]:

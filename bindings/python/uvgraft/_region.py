@@ -70,7 +70,8 @@ class Region:
         Parameters
         ----------
         length : float, optional
-            A distance in the target mesh's unit.
+            A distance in the target mesh's unit, less than the size of the region or of what is
+            around it.
         rings : int, optional
             A number of rings of triangles, in place of a length.
         """

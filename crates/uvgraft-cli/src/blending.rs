@@ -31,7 +31,7 @@ pub(crate) struct BlendArgs {
     blend: Option<BlendMode>,
     /// Width of the feather, inwards from the boundary [default: 10mm if blended]
     ///
-    /// Measured along the surface.
+    /// Measured along the surface, with a unit (mm, cm, m or in), and at most as wide as the region.
     #[arg(long, value_name = "LENGTH", value_parser = Length::parse_distance)]
     #[arg(allow_hyphen_values = true)]
     feather: Option<Length>,

@@ -10,7 +10,7 @@ use uvgraft_io::image;
 use uvgraft_metrics::{Colors, Mask};
 use uvgraft_pipeline::Outputs;
 
-use crate::failure::{OrBadInput, bad_input};
+use crate::failure::{OrBadInput, bad_input, note};
 use crate::heatmap;
 use crate::opacity::warn_unless_opaque;
 use crate::scores::{MetricsOption, Region, Scores};
@@ -110,6 +110,9 @@ fn read_mask(path: &Path) -> anyhow::Result<Region> {
     let texture = image::read(path).or_bad_input()?.texture.with_encoding(Encoding::Data);
     let mask =
         Mask::from_texture(&texture).with_context(|| path.display().to_string()).or_bad_input()?;
+    if mask.count() == texture.size().texels() {
+        note(format_args!("{}: `mask` has no effect: white everywhere", path.display()));
+    }
     Ok(Region { name: name_of(path), mask: Some(mask) })
 }
 

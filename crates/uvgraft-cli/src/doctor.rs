@@ -1,4 +1,4 @@
-//! `uvgraft doctor`: what a report of a problem should say, and what files may be used for.
+//! `uvgraft doctor`: what a problem report should contain, and what files may be used for.
 
 use std::fmt::Write as _;
 use std::path::{Path, PathBuf};
@@ -15,14 +15,14 @@ use uvgraft_metrics::lpips::LpipsNetwork;
 use crate::failure::{OrBadInput, bad_input};
 use crate::{terminal, version, weights};
 
-/// Tell what this program is and finds, and the licences of files
+/// Show the version, the environment and the licences of files
 ///
-/// Prints the version, the optional features, what the machine offers, the networks that were
-/// imported, and, for each file given, the terms that it states: the note of a pair, the licence of
-/// a body model, or the copyright of an avatar. Please include the output in reports of problems.
+/// Prints the version, the optional features, threads and memory, the networks that were imported,
+/// and, for each file given, the terms that it states: the note of a pair, the licence of a body
+/// model, or the copyright of an avatar. Please include the output in problem reports.
 #[derive(clap::Args)]
 pub(crate) struct Args {
-    /// Pairs, body models and avatars whose terms to tell
+    /// Pairs, body models and avatars whose licences to show
     #[arg(value_name = "FILE")]
     files: Vec<PathBuf>,
     /// Print the report as JSON

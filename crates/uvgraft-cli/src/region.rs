@@ -21,10 +21,10 @@ pub(crate) struct RegionArgs {
     /// Grow the region, or shrink it if negative
     ///
     /// By a distance along the surface, such as 5mm or -5mm, or by rings of triangles, such as
-    /// 2rings.
+    /// 2rings. What is linked is the limit, so growing needs --region.
     #[arg(long, value_name = "LENGTH|RINGS", value_parser = Grow::parse, allow_hyphen_values = true)]
     grow: Option<Grow>,
-    /// Unit of the mesh coordinates, for lengths with a unit [default: m]
+    /// Unit of the mesh coordinates, for lengths [default: m]
     #[arg(long, value_parser = choice::<Unit>())]
     unit: Option<Unit>,
 }

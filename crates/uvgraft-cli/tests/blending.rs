@@ -457,7 +457,7 @@ fn failed_runs_leave_nothing() {
 #[test]
 fn masks_that_do_not_fit() {
     let bench = dressed();
-    bench.paint("wide.png", (64, 32), Channels::Grey, &[255]);
+    bench.draw("wide.png", (64, 32), |x, _| [if x < 9 { 255 } else { 0 }]);
     bench.write("text.png", "no image");
     let line = "transfer plane.uvpair face.png --onto base.png --unit m";
     for (options, wanted) in [
@@ -483,10 +483,20 @@ fn masks_that_do_not_fit() {
         ("--blend membrane --tone source --skin text.png", &["text.png: not a supported image"]),
         ("--skin wide.png", &["--skin", "--tone source"]),
         (
-            "--blend feather --tone source",
-            &["--tone source and both need --blend membrane or --match skin"],
+            "--blend membrane --tone source --skin wide.png",
+            &["wide.png: must have the aspect ratio of the base, which is 128×128, got 64×32"],
         ),
-        ("--tone source", &["--tone source and both need --blend membrane or --match skin"]),
+        (
+            "--blend membrane --labels wide.png",
+            &["face.png: wide.png: must have the aspect ratio of the texture", "got 64×32"],
+        ),
+        ("--blend feather --tone source", &["--tone needs --blend membrane or --match skin"]),
+        ("--tone source", &["--tone needs --blend membrane or --match skin"]),
+        ("--tone base", &["--tone needs --blend membrane or --match skin"]),
+        ("--feather 5mm --tone none", &["--tone needs --blend membrane or --match skin"]),
+        ("--keep-all", &["--keep-all", "--blend feather or membrane"]),
+        ("--blend feather --feather 0 --keep-all", &["--keep-all", "--feather"]),
+        ("--blend feather --feather 0mm --labels wide.png", &["--labels", "--feather"]),
         ("--match skin --tone none", &["--match skin", "--tone none"]),
         ("--blend none --feather 3mm", &["--feather", "--blend none"]),
         ("--blend soft", &["'soft'", "none, feather, membrane"]),
@@ -506,6 +516,88 @@ fn masks_that_do_not_fit() {
     for mask in ["near.png", "half.png"] {
         transfer(&bench, &format!("face.png --onto base.png --source-mask {mask}"));
     }
+}
+
+/// Masks and mean textures that change nothing are told; a mask that trusts nothing is refused.
+#[test]
+fn masks_of_one_value() {
+    let bench = dressed();
+    for (name, level) in [("black.png", 0), ("white.png", 255), ("grey.png", 128)] {
+        bench.paint(name, (16, 16), Channels::Grey, &[level]);
+    }
+    bench.paint("clear.png", (16, 16), Channels::Rgba, &[0, 0, 0, 255]);
+    bench.draw("known.png", (64, 64), |x, _| [if x < 32 { 0 } else { 255 }]);
+    let line = "transfer plane.uvpair face.png --onto base.png --unit m";
+    for options in ["", "--feather 5mm", "--fill grey.png", "--blend membrane"] {
+        for mask in ["black.png", "clear.png"] {
+            bench.refuse(
+                &format!("{line} --source-mask {mask} {options} -o out.png"),
+                &[mask, "--source-mask must be white where textures can be trusted", "black"],
+            );
+        }
+    }
+    let skin = "--blend membrane --tone source --skin";
+    for (options, wanted) in [
+        (
+            "--source-mask white.png",
+            "note: white.png: --source-mask has no effect: white everywhere\n",
+        ),
+        ("--source-mask grey.png", ""),
+        ("--source-mask known.png", ""),
+        (
+            "--fill grey.png",
+            "note: face.png: --fill has no effect: no alpha, and no --source-mask\n",
+        ),
+        ("--fill grey.png --source-mask known.png", ""),
+        (&format!("{skin} white.png"), ""),
+        (
+            &format!("{skin} black.png"),
+            "warning: black.png: --skin is black everywhere, so nothing of the base takes on the tone\n",
+        ),
+    ] {
+        let run = bench.run(&format!("{line} {options} -o out.png"));
+        assert_eq!((run.code, run.stderr.as_str()), (Some(0), wanted), "{options}");
+    }
+    bench.paint("open.png", (64, 64), Channels::Rgba, &[9, 9, 9, 77]);
+    bench.succeed("transfer plane.uvpair open.png --onto base.png --fill grey.png -o out.png");
+}
+
+/// NaN in a base goes into the result where the base shows, with a warning, however the base is read.
+#[test]
+fn nan_in_a_base_is_told() {
+    let bench = dressed();
+    let base = |count: usize, size: Size| {
+        let mut values = vec![0.5; size.texels() * 3];
+        for k in 0..count {
+            values[k * 3] = [f32::NAN, f32::INFINITY, f32::NEG_INFINITY][k % 3];
+        }
+        Texture::new(size, Channels::Rgb, Encoding::Linear, Texels::F32(values)).unwrap()
+    };
+    bench.save("three.exr", base(3, Size::square(128)));
+    bench.save("one.tif", base(1, Size::square(128)));
+    bench.save("none.exr", base(0, Size::square(128)));
+    bench.derive("other.png", "face.png", |_| {});
+    for (options, wanted) in [
+        ("face.png --onto three.exr -o out.exr", "three.exr: 3 texels are"),
+        ("face.png --onto one.tif -o out.tif", "one.tif: 1 texel is"),
+        ("face.png --onto three.exr -o out.png", "three.exr: 3 texels are"),
+        ("face.png --onto three.exr --size 64 -o out.exr", "three.exr: 3 texels are"),
+        ("face.png other.png --onto three.exr --format exr -o out", "three.exr: 3 texels are"),
+        (
+            "face.png --onto three.exr --blend membrane --unit m -o out.exr",
+            "three.exr: 3 texels are",
+        ),
+    ] {
+        let run = bench.run(&format!("transfer plane.uvpair {options}"));
+        assert_eq!(run.code, Some(0), "{options}: {}", run.stderr);
+        let told: Vec<&str> =
+            run.stderr.lines().filter(|line| line.contains("NaN or infinite")).collect();
+        let wanted =
+            format!("warning: {wanted} NaN or infinite, also in the result where the base shows");
+        assert_eq!(told, [wanted], "{options}");
+    }
+    let run = bench.run("transfer plane.uvpair face.png --onto none.exr -o out.exr");
+    assert!(!run.stderr.contains("NaN"), "{}", run.stderr);
 }
 
 /// Texels of NaN neither count as evidence nor cover the base.
@@ -528,9 +620,10 @@ fn nan_is_left_out() {
         _ => 0.4,
     });
     let base = bench.texture("base.png");
-    // A mask of NaN trusts nothing.
-    let masked = transfer(&bench, "face.png --onto base.png --source-mask nan.exr");
-    assert!(masked == base);
+    bench.refuse(
+        "transfer plane.uvpair face.png --onto base.png --source-mask nan.exr -o out.png",
+        &["nan.exr: --source-mask must be white where", "got black everywhere"],
+    );
     let skinless = transfer(
         &bench,
         "face.png --onto base.png --blend membrane --tone source --skin nan.exr --gutter 0",

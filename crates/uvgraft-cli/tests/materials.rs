@@ -151,6 +151,13 @@ fn roles_that_are_none() {
         ("--size 8 -o out", &["required", "<TEXTURE>"]),
         ("a.png --onto a.png --onto n.png -o out.png", &["--onto n.png", "base given twice"]),
         ("--map normal=n.png --normal-y up --size 8 -o out", &["'up'", "opengl, directx"]),
+        ("a.png --normal-y directx --size 8 -o out.png", &["--normal-y", "--map normal=FILE"]),
+        ("a.png --normal-y-out opengl --size 8 -o out.png", &["--normal-y-out", "--map normal"]),
+        ("--map albedo=a.png --normal-y directx --size 8 -o out", &["--normal-y", "--map normal"]),
+        ("--map roughness=r.png --fill a.png --size 8 -o out", &["--fill needs a --map", "albedo"]),
+        ("--map normal=n.png --fill a.png --size 8 -o out", &["--fill needs a --map", "albedo"]),
+        ("--map ao=r.png --source-mask a.png --size 8 -o out", &["--source-mask needs --blend"]),
+        ("--map albedo=a.png --quality 80 --size 8 -o out", &["--quality is for JPEG files only"]),
     ];
     for (options, wanted) in cases {
         bench.refuse(&format!("transfer plane.uvpair {options}"), wanted);

@@ -113,9 +113,10 @@ fn regions_grow_and_shrink() {
     assert_eq!(end("--grow 0rings"), (32, 64, 64));
     assert_eq!(end("--grow 0"), (32, 64, 64));
     // Lengths: 5 mm are 4 texels, in any unit.
-    for grow in ["5mm", "0.5cm", "0.005m", "0.005", "0.19685039in"] {
+    for grow in ["5mm", "0.5cm", "0.005m", "+5mm", "0.19685039in"] {
         assert_eq!(end(&format!("--unit m --grow {grow}")), (32, 68, 64), "{grow}");
-        assert_eq!(end(&format!("--unit m --grow -{grow}")), (36, 60, 56), "-{grow}");
+        let shrink = grow.trim_start_matches('+');
+        assert_eq!(end(&format!("--unit m --grow -{shrink}")), (36, 60, 56), "-{grow}");
     }
     // The same coordinates in another unit.
     assert_eq!(end("--unit mm --grow 0.005mm").1, 68);
@@ -137,9 +138,9 @@ fn the_unit_is_said_where_it_counts() {
         "",
         "--region half.npy",
         "--region half.npy --grow 2rings",
-        "--feather 0.01",
+        "--feather 0",
         "--feather 0mm",
-        "--grow -0.01",
+        "--region half.npy --grow 0.0",
         "--feather 10mm --unit m",
         "--blend membrane --unit cm --tone none",
         "--blend none",
@@ -147,7 +148,7 @@ fn the_unit_is_said_where_it_counts() {
     ] {
         assert_eq!(note(silent), "", "{silent}");
     }
-    for said in ["--feather 10mm", "--grow -5mm", "--blend feather", "--feather 0.01 --grow 1cm"] {
+    for said in ["--feather 10mm", "--grow -5mm", "--blend feather", "--feather 1cm --grow -1cm"] {
         let note = note(said);
         assert_eq!(
             note,
@@ -208,13 +209,14 @@ fn empty_regions_are_refused() {
     let cases: &[(&str, &[&str])] = &[
         ("--region half.npy --exclude half.npy", &["the region is empty"]),
         ("--exclude parts.json#left,right", &["the region is empty"]),
-        ("--grow -1m", &["the region is empty"]),
-        ("--grow -9rings", &["the region is empty: it contains no linked triangle"]),
         ("--region one.txt", &["one.txt: the region is empty", "span no linked triangle"]),
         ("--region target:beyond.txt", &["the region is empty: it contains no linked triangle"]),
         ("--region black.png", &["black.png: the region is empty", "black at every vertex"]),
         ("--region target:clear.png", &["clear.png: the region is empty", "black"]),
-        ("--source-mask black.png --feather 1mm", &["black.png: the region is empty"]),
+        (
+            "--source-mask black.png --feather 1mm",
+            &["black.png: --source-mask must be white where"],
+        ),
     ];
     for (options, wanted) in cases {
         bench.refuse(
@@ -329,7 +331,7 @@ fn lengths_that_are_none() {
     let bench = bench();
     let cases: &[(&str, &[&str])] = &[
         ("--grow five", &["'five'", "--grow", "15mm", "2rings"]),
-        ("--grow 5miles", &["'5miles'", "15mm"]),
+        ("--grow 5miles", &["'5miles'", "15mm", "got `miles`"]),
         ("--grow 1e400m", &["'1e400m'"]),
         ("--grow nanmm", &["'nanmm'"]),
         ("--grow infm", &["'infm'"]),
@@ -338,6 +340,16 @@ fn lengths_that_are_none() {
         ("--grow --region", &["--grow"]),
         ("--feather -5mm", &["'-5mm'", "--feather", "at least 0"]),
         ("--feather=-5mm", &["'-5mm'", "--feather", "at least 0"]),
+        ("--feather 10", &["'10'", "--feather", "must have a unit", "10mm, 10cm, 10m or 10in"]),
+        ("--feather 10 mm", &["'10'", "must have a unit, without a space before it"]),
+        ("--feather 10 cm", &["'10'", "without a space"]),
+        ("--feather 5 inches", &["'5'", "without a space"]),
+        ("--feather 5inches", &["mm, cm, m or in", "got `inches`"]),
+        ("--feather 10px", &["mm, cm, m or in", "got `px`"]),
+        ("--feather nan", &["'nan'", "must be a number with a unit"]),
+        ("--feather 0,5mm", &["'0,5mm'", "such as 15mm, 1.5cm"]),
+        ("--grow -0.02", &["'-0.02'", "must have a unit", "-0.02mm", "2rings"]),
+        ("--grow 1e3", &["'1e3'", "must have a unit"]),
         ("--unit feet --feather 1mm", &["'feet'", "mm, cm, m, in"]),
         ("--feather 1e308m --unit mm", &["'1e308m'", "--feather", "at most 1e9"]),
         ("--grow -1e308m", &["'-1e308m'", "--grow", "at most 1e9"]),
@@ -348,12 +360,135 @@ fn lengths_that_are_none() {
             wanted,
         );
     }
-    // The largest numbers mean everything, or a feather that covers everything.
-    for length in ["1e9", "1e9m", "1e-300mm", "1e-9"] {
-        for option in ["--grow", "--feather", "--blend membrane --feather"] {
-            let line = "transfer plane.uvpair white.png --onto #808080 --size 32 --unit mm";
+    bench.refuse_args(
+        &["transfer", "plane.uvpair", "white.png", "--feather", "10mm mm", "-o", "out.png"],
+        &["'10mm mm'", "must be a number with a unit"],
+    );
+    bench.paint("sheet.png", (128, 128), Channels::Rgb, &[9, 9, 9]);
+    bench.refuse("seams plane.uvpair sheet.png --distance 3", &["'3'", "must have a unit"]);
+    bench.refuse("seams plane.uvpair sheet.png --distance 3 mm", &["'3'", "without a space"]);
+    // The smallest lengths are lengths, too.
+    for option in ["--region half.npy --grow", "--feather", "--blend membrane --feather"] {
+        let line = "transfer plane.uvpair white.png --onto #808080 --size 32 --unit mm";
+        for length in ["1e-300mm", "1e-9m"] {
             bench.succeed(&format!("{line} {option} {length} -o out.png"));
         }
+    }
+}
+
+/// The linked square is 80 mm wide, and its left half 40 mm.
+#[test]
+fn lengths_beyond_the_region_are_refused_with_its_size() {
+    let bench = bench();
+    bench.paint("sheet.png", (128, 128), Channels::Rgb, &[9, 9, 9]);
+    let cases: &[(&str, &[&str])] = &[
+        ("--feather 10m", &["--feather must be at most 40mm", "innermost point", "got 10m"]),
+        ("--feather 41mm", &["at most 40mm", "got 41mm"]),
+        ("--feather 1e3mm", &["at most 40mm", "got 1000mm"]),
+        ("--feather 1e9m", &["at most 40mm"]),
+        ("--blend membrane --feather 5in", &["at most 40mm", "got 5in"]),
+        ("--region half.npy --feather 21mm", &["at most 20mm", "got 21mm"]),
+        ("--region half.npy --grow -15mm --blend feather", &["at most 5mm", "got 10mm"]),
+        ("--grow -900mm", &["--grow leaves nothing of the region", "is 40mm from its boundary"]),
+        ("--grow -1m", &["--grow leaves nothing of the region", "is 40mm from"]),
+        ("--grow -40mm", &["--grow leaves nothing of the region"]),
+        ("--grow -9rings", &["--grow leaves nothing of the region", "is 40mm from"]),
+        ("--region half.npy --grow 1m", &["--grow must be at most 40mm", "--region"]),
+        ("--region half.npy --grow 5in", &["--grow must be at most 40mm"]),
+        ("--grow 5mm", &["--grow needs --region"]),
+        ("--grow 2rings", &["--grow needs --region"]),
+    ];
+    for (options, wanted) in cases {
+        let line = "transfer plane.uvpair white.png --onto #808080 --size 32 --unit m";
+        bench.refuse(&format!("{line} {options} -o out.png"), wanted);
+    }
+    // In a mesh of another unit, as whoever wrote the length thinks of it.
+    bench.refuse(
+        "transfer plane.uvpair white.png --size 32 --unit in --feather 10mm -o out.png",
+        &["--feather must be at most 0.04in", "got 10mm"],
+    );
+    for options in ["--feather 40mm", "--grow -35mm", "--region half.npy --grow 40mm"] {
+        let line = "transfer plane.uvpair white.png --onto #808080 --size 32 --unit m";
+        let run = bench.run(&format!("{line} {options} -o out.png"));
+        assert_eq!((run.code, run.stderr.as_str()), (Some(0), ""), "{options}");
+    }
+    // A square of 6 mm.
+    let line = "transfer plane.uvpair white.png --onto #808080 --size 32 --unit m --grow -37mm";
+    let run = bench.run(&format!("{line} -o out.png"));
+    assert_eq!(run.code, Some(0));
+    let wanted = "warning: --grow leaves only 0.56 % of the region, whose innermost point is 40mm";
+    assert!(run.stderr.starts_with(wanted), "{}", run.stderr);
+    bench.refuse(
+        "seams plane.uvpair sheet.png --unit m --distance 1m",
+        &["--distance must be at most 160mm", "got 1m"],
+    );
+    bench.refuse(
+        "seams plane.uvpair sheet.png --unit m --region half.npy --grow -1m",
+        &["--grow leaves nothing"],
+    );
+}
+
+/// What selects everything, or excludes what is outside, does nothing, and is told.
+#[test]
+fn parts_that_change_nothing_are_told() {
+    let bench = bench();
+    bench.paint("all.png", (64, 64), Channels::Grey, &[255]);
+    let said = |options: &str| {
+        let line = "transfer plane.uvpair white.png --onto #808080 --size 32";
+        let run = bench.run(&format!("{line} {options} -o out.png"));
+        assert_eq!(run.code, Some(0), "{options}: {}", run.stderr);
+        run.stderr
+    };
+    let everything = "note: --region has no effect: it covers everything linked\n";
+    for region in ["all.png", "parts.json#left,right", "half.npy --region parts.json#right"] {
+        assert_eq!(said(&format!("--region {region}")), everything, "{region}");
+    }
+    assert_eq!(
+        said("--region parts.json#left --exclude parts.json#right"),
+        "note: --exclude parts.json has no effect: outside of the region\n"
+    );
+    for told in
+        ["--region half.npy", "--exclude half.npy", "--region half.npy --exclude parts.json#corner"]
+    {
+        assert_eq!(said(told), "", "{told}");
+    }
+}
+
+/// Masks are laid over layouts, whose images all have one shape.
+#[test]
+fn painted_masks_have_the_shape_of_textures() {
+    let bench = bench();
+    bench.draw("wide.png", (128, 64), |x, _| [if x < 50 { 255 } else { 0 }]);
+    bench.draw("tall.png", (30, 64), |x, _| [if x < 15 { 255 } else { 0 }]);
+    bench.draw("rounded.png", (33, 32), |x, _| [if x < 15 { 255 } else { 0 }]);
+    bench.paint("base.png", (96, 96), Channels::Grey, &[9]);
+    for (options, wanted) in [
+        ("--region wide.png", ["wide.png: must have the aspect ratio of the texture", "64×64"]),
+        ("--exclude tall.png", ["tall.png: must have the aspect ratio of the texture", "30×64"]),
+        ("--region target:wide.png", ["wide.png: must have the aspect ratio of the base", "96×96"]),
+        (
+            "--exclude target:tall.png",
+            ["tall.png: must have the aspect ratio of the base", "96×96"],
+        ),
+    ] {
+        bench.refuse(
+            &format!("transfer plane.uvpair white.png --onto base.png {options} -o out.png"),
+            &wanted,
+        );
+    }
+    bench.succeed("transfer plane.uvpair white.png --size 32 --region rounded.png -o out.png");
+    // A texture of the same shape as the mask.
+    bench.paint("flat.png", (64, 32), Channels::Grey, &[255]);
+    bench.succeed("transfer plane.uvpair flat.png --size 32 --region wide.png -o out.png");
+    bench.refuse(
+        "transfer plane.uvpair --reverse white.png --onto base.png --region wide.png -o out.png",
+        &["wide.png: must have the aspect ratio of the base"],
+    );
+    // The shape of the result is another matter, and a colour has none.
+    for onto in ["--onto base.png --size 40x30", "--onto #808080 --size 40x30"] {
+        bench.succeed(&format!(
+            "transfer plane.uvpair white.png {onto} --region target:on_target.png -o out.png"
+        ));
     }
 }
 
@@ -372,7 +507,7 @@ fn other_options_go_with_regions() {
     assert_eq!(row, (0..32).collect::<Vec<u32>>());
     bench.succeed(
         "transfer plane.uvpair sheet.png --reverse --onto #000 --size 64 --gutter 0 --filter nearest \
-         --region target:body.txt --feather 0.01 -o out.png",
+         --region target:body.txt --feather 10mm -o out.png",
     );
     let out = bench.texture("out.png");
     assert!(

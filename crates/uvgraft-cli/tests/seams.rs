@@ -117,7 +117,7 @@ The worst edges, and the position of their largest difference in texels:
 fn json_for_programs() {
     let bench = bench();
     let parse = |args: &str| -> Value { serde_json::from_str(&bench.succeed(args)).unwrap() };
-    let document = parse("seams row.uvpair paint.png --json --distance 0.25");
+    let document = parse("seams row.uvpair paint.png --json --distance 0.25m");
     assert_eq!(document["texture"], "paint.png");
     assert_eq!(document["mesh"], "three.obj");
     assert_eq!(document["size"], json!({"width": 100, "height": 100}));
@@ -310,9 +310,12 @@ fn refused() {
         ("row.uvpair", &["required", "<TEXTURE>"]),
         ("row.uvpair paint.png --offset -1", &["-1"]),
         ("row.uvpair paint.png --offset=-1", &["--offset", "must be a number of at least 0"]),
-        ("row.uvpair paint.png --distance nan", &["'nan'", "--distance", "must be a length"]),
+        (
+            "row.uvpair paint.png --distance nan",
+            &["'nan'", "--distance", "must be a number with a unit"],
+        ),
         ("row.uvpair paint.png --distance -3mm", &["'-3mm'", "--distance", "at least 0"]),
-        ("row.uvpair paint.png --offset 1 --distance 1", &["--offset", "cannot be used with"]),
+        ("row.uvpair paint.png --offset 1 --distance 1mm", &["--offset", "cannot be used with"]),
         ("row.uvpair paint.png --worst 5000", &["--worst", "5000"]),
     ];
     for (args, wanted) in cases {

@@ -153,6 +153,8 @@ fn what_is_refused() {
     bench.write("prose.uvpair", "This is not a pair.\n");
     for (args, wanted) in [
         ("bench none.uvpair", &["none.uvpair: ", "No such file"][..]),
+        ("bench my.uvpair --stage map --filter nearest", &["--filter means nothing to the stages"]),
+        ("bench my.uvpair --stage decode,encode,read-pair --filter lanczos3", &["--filter means"]),
         ("bench prose.uvpair", &["prose.uvpair: ", "pair file"]),
         ("bench", &["<PAIR>"]),
         ("bench my.uvpair --size 16,", &["must be N or WxH"]),

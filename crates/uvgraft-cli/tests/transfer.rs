@@ -221,6 +221,35 @@ fn jpeg_quality_counts() {
 }
 
 #[test]
+fn encoding_options_that_mean_nothing_to_the_outputs() {
+    let bench = bench();
+    bench.paint_noise("a.png", (16, 16), Channels::Rgb, Depth::U8);
+    bench.paint_noise("b.png", (16, 16), Channels::Rgb, Depth::U8);
+    let line = "transfer my.uvpair a.png --onto #000 --size 16";
+    let quality = "--quality is for JPEG files only";
+    let compress = "--compress is for PNG, TIFF and EXR files only";
+    for (options, wanted) in [
+        ("--quality 80 -o out.png", quality),
+        // The default, too, if it is given.
+        ("--quality 95 -o out.webp", quality),
+        ("--quality 80 -o out.tif", quality),
+        ("--quality 80 -o out.exr", quality),
+        ("b.png --quality 80 -o out", quality),
+        ("b.png --quality 80 --format webp -o out", quality),
+        ("--compress -o out.jpg", compress),
+        ("--compress -o out.webp", compress),
+        ("b.png --compress --format jpg -o out", compress),
+        ("--compress --quality 80 -o out.jpg", compress),
+        ("--compress --quality 80 -o out.png", quality),
+    ] {
+        bench.refuse(&format!("{line} {options}"), &[wanted]);
+    }
+    bench.succeed(&format!("{line} --quality 80 -o out.jpg"));
+    bench.succeed(&format!("{line} b.png --quality 80 --format jpg -o jpegs"));
+    bench.succeed(&format!("{line} --compress -o out.tif"));
+}
+
+#[test]
 fn masks() {
     let bench = bench();
     // White marks texels covered by a triangle, never the gutter.

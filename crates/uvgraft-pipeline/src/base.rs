@@ -3,6 +3,7 @@
 use std::borrow::Cow;
 use std::ops::Range;
 use std::path::Path;
+use std::sync::atomic::{AtomicUsize, Ordering};
 use std::sync::{Mutex, PoisonError};
 
 use uvgraft::{Averaging, Depth, Encoding, Filter, Size, TexelFormat, Texture};
@@ -64,6 +65,8 @@ impl BaseOrder<'_> {
 pub(crate) struct Base {
     content: Content,
     size: Size,
+    /// NaN and infinite texels of its rows that were decoded so far.
+    non_finite: AtomicUsize,
 }
 
 enum Content {
@@ -97,7 +100,7 @@ impl Base {
                 Some(BaseSource::Color(unit)) => *unit,
                 _ => values.default_base(),
             };
-            return Ok(Self { content: Content::Color(unit), size: order.size_without_image()? });
+            return Ok(Self::of(Content::Color(unit), order.size_without_image()?, 0));
         };
         let reader = BandReader::open(image).map_err(|error| not_a_base(&error, image))?;
         let format = values.reinterpret(reader.spec().format());
@@ -107,18 +110,34 @@ impl Base {
         let size = wanted.unwrap_or(found);
         if !again && size == found {
             let content = Content::File { reader: Mutex::new(Some(reader)), known };
-            return Ok(Self { content, size });
+            return Ok(Self::of(content, size, 0));
         }
         let (texture, failure) = reader.read_while(|_| true).or_input()?;
         if let Some((_, error)) = failure {
             return Err(Failure::input(error));
         }
         let texture = texture.with_encoding(format.encoding);
+        let non_finite = texture.non_finite();
         let texture = match wanted {
             Some(size) => texture.resized(size, filter, averaging).or_input()?,
             None => texture,
         };
-        Ok(Self { content: Content::Image { texture, known }, size })
+        Ok(Self::of(Content::Image { texture, known }, size, non_finite))
+    }
+
+    fn of(content: Content, size: Size, non_finite: usize) -> Self {
+        Self { content, size, non_finite: non_finite.into() }
+    }
+
+    /// A warning if there were NaN or infinite texels among the rows that were decoded so far.
+    pub(crate) fn non_finite(&self) -> Option<String> {
+        let texels = match self.non_finite.load(Ordering::Relaxed) {
+            0 => return None,
+            1 => "1 texel is".to_owned(),
+            count => format!("{count} texels are"),
+        };
+        let name = &self.known()?.name;
+        Some(format!("{name}: {texels} NaN or infinite, also in the result where the base shows"))
     }
 
     pub(crate) fn size(&self) -> Size {
@@ -224,7 +243,8 @@ impl Base {
             Content::File { reader, .. } => {
                 let mut reader = reader.lock().unwrap_or_else(PoisonError::into_inner);
                 let reader = reader.take().ok_or_else(|| Failure::work("the base is read once"))?;
-                Bands::File { reader: Box::new(reader), encoding: format.encoding }
+                let encoding = format.encoding;
+                Bands::File { reader: Box::new(reader), encoding, non_finite: &self.non_finite }
             }
             Content::Image { .. } | Content::Color(_) => {
                 Bands::Memory { base: self, format, next: 0, spare: None }
@@ -273,7 +293,7 @@ impl Base {
 
 /// The rows of a base, band by band.
 pub(crate) enum Bands<'a> {
-    File { reader: Box<BandReader>, encoding: Encoding },
+    File { reader: Box<BandReader>, encoding: Encoding, non_finite: &'a AtomicUsize },
     Memory { base: &'a Base, format: TexelFormat, next: u32, spare: Option<Texture> },
 }
 
@@ -281,8 +301,10 @@ impl Bands<'_> {
     /// The next rows, or as many as are left; `None` after the last.
     pub(crate) fn next(&mut self, rows: u32) -> Result<Option<Texture>> {
         match self {
-            Self::File { reader, encoding } => {
+            Self::File { reader, encoding, non_finite } => {
                 let band = reader.next_band(rows).or_input()?;
+                let count = band.as_ref().map_or(0, Texture::non_finite);
+                non_finite.fetch_add(count, Ordering::Relaxed);
                 Ok(band.map(|band| band.with_encoding(*encoding)))
             }
             Self::Memory { base, format, next, spare } => {

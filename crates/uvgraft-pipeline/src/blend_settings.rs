@@ -158,16 +158,15 @@ impl BlendSettings {
                 "`skin` needs `tone` source or both, with `blend` membrane or `match_skin`",
             ));
         }
-        if changes_base && !self.needs_colors() {
-            return Err(Failure::option(
-                "`tone` source and both need `blend` membrane or `match_skin`",
-            ));
+        let matches = self.mode() == BlendMode::Membrane || self.match_skin;
+        if self.tone.is_some() && !matches {
+            return Err(Failure::option("`tone` needs `blend` membrane or `match_skin`"));
         }
-        let is_blended = self.needs_colors() || self.mode() != BlendMode::None;
+        let is_blended = self.needs_colors() || !self.feather().is_zero();
         let has_labels = self.labels.is_some() || self.draw_labels;
         if !is_blended && (has_labels || self.keep_all) {
             return Err(Failure::option(
-                "`labels` and `keep_all` need `blend` feather or `blend` membrane",
+                "`labels` and `keep_all` need `blend` feather or membrane, and a `feather` or a `tone`",
             ));
         }
         if self.tone().is_none() && self.match_skin {

@@ -4,14 +4,15 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use uvgraft::blend::Side;
-use uvgraft::blend::{Blend, BlendDomain, BlendOptions, Tone};
+use uvgraft::blend::{Blend, BlendDomain, BlendOptions, FeatherFit, Tone};
 use uvgraft::fill::{self, FillError};
 use uvgraft::{Direction, Labels, Texture, ToneCorrection};
 use uvgraft_io::image;
 use uvgraft_io::input::Input;
 
 use crate::failure::{Blame, Failure, Result};
-use crate::length::Length;
+use crate::length::{Length, Unit};
+use crate::masks::Uniform;
 use crate::material::Values;
 use crate::observer::Observer;
 use crate::region::Region;
@@ -64,7 +65,7 @@ impl Blending {
 
     /// Whether the labels of textures matter.
     pub fn needs_labels(&self) -> bool {
-        self.needs_colors() || self.feather != Length::millimeters(0.0)
+        self.needs_colors() || !self.feather.is_zero()
     }
 
     /// Reads the files it needs and prepares the blend.
@@ -72,10 +73,11 @@ impl Blending {
     /// - `region`: the part of the linked surface to use.
     /// - `known`: the known texels of textures. With a feather, or if `ends_at_mask`, the region
     ///   ends at the boundary of their mask: maps without alpha cannot end there in any other way.
-    /// - `observer`: receives a note if a mesh unit was assumed.
+    /// - `observer`: receives a note if a mesh unit was assumed, and warnings about the region.
     ///
     /// # Errors
-    /// For unreadable files, and if nothing of the linked surface remains in the region.
+    /// For unreadable files, if nothing of the linked surface remains in the region, and if the feather is
+    /// wider than the region.
     pub fn prepare(
         &self,
         region: &Region,
@@ -86,7 +88,7 @@ impl Blending {
     ) -> Result<Arc<Blend>> {
         let unit = region.unit(domain, [self.feather], observer);
         let feather = self.feather.in_unit(unit);
-        let mut selection = region.select(domain, unit)?;
+        let mut selection = region.select(domain, unit, observer)?;
         if let Some(Named { path, texture }) = &known.mask
             && (ends_at_mask || feather > 0.0)
         {
@@ -96,6 +98,13 @@ impl Blending {
             selection = selection.intersection(&known).or_input()?;
         }
         let skin = self.skin.as_ref().map(|skin| image::read(skin).or_input()).transpose()?;
+        if let (Some(name), Some(skin)) = (&self.skin, &skin)
+            && Uniform::of(&skin.texture) == Some(Uniform::Black)
+        {
+            observer.warn(format_args!(
+                "{name}: `skin` is black everywhere, so nothing of the base takes on the tone"
+            ));
+        }
         let mut options = BlendOptions::default();
         options.feather = feather;
         options.membrane = self.membrane;
@@ -104,6 +113,7 @@ impl Blending {
         options.gutter_px = self.gutter_px;
         options.keep_all = self.keep_all;
         let mut blend = Blend::new(&selection, options).or_input()?;
+        self.check_feather(blend.feather_fit(), unit, observer)?;
         if let Some(skin) = skin {
             blend = blend.with_skin(skin.texture);
         }
@@ -114,6 +124,29 @@ impl Blending {
             blend = blend.with_labels(labels);
         }
         Ok(Arc::new(blend.prepared()))
+    }
+}
+
+impl Blending {
+    /// Refuses a feather that leaves the texture opaque nowhere, and warns of one that does nothing.
+    fn check_feather(&self, fit: FeatherFit, unit: Unit, observer: &dyn Observer) -> Result<()> {
+        match fit {
+            FeatherFit::Opaque => {}
+            // Each texture is told that there is no boundary.
+            FeatherFit::NoBoundary if self.needs_colors() => {}
+            FeatherFit::NoBoundary => {
+                observer.warn("`feather` has no effect: the region has no boundary");
+            }
+            FeatherFit::TooWide { depth } => {
+                return Err(Failure::option(format!(
+                    "`feather` must be at most {}, the distance of the region's innermost point from its \
+                     boundary, got {}",
+                    Length::measured(depth, unit),
+                    self.feather
+                )));
+            }
+        }
+        Ok(())
     }
 }
 
@@ -173,6 +206,45 @@ impl KnownTexels {
         let brought = texture.map(|texture| Named { path: path.to_path_buf(), texture });
         self.mask = self.mask.or(brought);
         self
+    }
+
+    /// Checks that the mask means something.
+    ///
+    /// - `observer`: receives a note if it trusts everything.
+    ///
+    /// # Errors
+    /// As bad input if it trusts nothing.
+    pub fn check(&self, observer: &dyn Observer) -> Result<()> {
+        let Some(Named { path, texture }) = &self.mask else { return Ok(()) };
+        let path = path.display();
+        match Uniform::of(texture) {
+            Some(Uniform::Black) => {
+                return Err(Failure::option(format!(
+                    "{path}: `source_mask` must be white where textures can be trusted, got black everywhere"
+                )));
+            }
+            Some(Uniform::White) => {
+                observer
+                    .note(format_args!("{path}: `source_mask` has no effect: white everywhere"));
+            }
+            None => {}
+        }
+        Ok(())
+    }
+
+    /// A note on a texture that the mean texture has nothing to fill in; `None` if it may have.
+    pub(crate) fn unused_fill(
+        &self,
+        texture: &Texture,
+        values: Values,
+        path: &Path,
+    ) -> Option<String> {
+        let is_unused = self.mean.is_some()
+            && self.mask.is_none()
+            && values == Values::Albedo
+            && !texture.channels().has_alpha();
+        let path = path.display();
+        is_unused.then(|| format!("{path}: `fill` has no effect: no alpha, and no `source_mask`"))
     }
 
     /// Whether textures get an alpha channel that their files do not have.

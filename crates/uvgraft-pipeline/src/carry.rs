@@ -137,6 +137,10 @@ impl Shared {
     fn try_carry(&self, call: &Call<'_>, log: &mut Log) -> Result<Done> {
         call.observer.check()?;
         let source = call.source.open()?;
+        let size = source.spec().size;
+        self.overlaid
+            .check_texture(size)
+            .map_err(|failure| failure.context(call.source.name().display()))?;
         let formats = self.formats(call, &source, log)?;
         let bands = self.base.bands(formats.base)?;
         let mut base_probe = None;
@@ -176,6 +180,9 @@ impl Shared {
         log.warnings.extend(self.misfit_of_base(base_probe));
         let Encoded { written, bytes, image } = encoded.map_err(write_failure)?;
         log.warnings.extend(losses(&written, call.target.name()));
+        if !self.base.is_in_memory() {
+            log.warnings.extend(self.base.non_finite());
+        }
         let Ready { fit, boundary_delta_e, .. } = ready;
         Ok(Done { fit, boundary_delta_e, bytes, image })
     }
@@ -274,6 +281,7 @@ impl Shared {
         log.warnings.extend(unknown);
         let rows = self.source_rows_end(graft);
         log.warnings.extend(self.misfit_of_source(&texture, rows, &name.display().to_string()));
+        log.notes.extend(self.known.unused_fill(&texture, values, name));
         let texture = self.known.complete(texture, values, name)?;
         let toning = self.toning(graft, &texture, formats.base, name, log)?;
         let (mut overlay, fit) = self.overlay(call, graft, texture, formats.base)?;

@@ -1,6 +1,10 @@
 //! Lengths with units, and the unit of a mesh.
 
+use std::fmt::{self, Display};
+
 use uvgraft::{Choice, choices};
+
+use crate::failure::Failure;
 
 /// Longer than any mesh in any unit, and within the range of single precision.
 const LONGEST: f64 = 1e9;
@@ -37,33 +41,48 @@ impl Unit {
     }
 }
 
-/// A length with a unit, or in the unit of the mesh.
+/// A length with a unit.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Length {
     value: f64,
-    unit: Option<Unit>,
+    unit: Unit,
 }
 
 impl Length {
     /// A length in millimetres.
     pub const fn millimeters(value: f64) -> Self {
-        Self { value, unit: Some(Unit::Mm) }
+        Self { value, unit: Unit::Mm }
     }
 
-    /// Parses a number with a unit such as `15mm`, or without one for the unit of the mesh.
+    /// Parses a number with a unit, such as `15mm`. Only 0 needs none: a bare 10 would be metres to
+    /// the mesh and millimetres to whoever wrote it.
     ///
     /// # Errors
     /// The requirements that the text does not meet.
     pub fn parse(text: &str) -> Result<Self, String> {
         let digits = text.trim_end_matches(|c: char| c.is_ascii_alphabetic());
-        let unit = match &text[digits.len()..] {
-            "" => None,
-            name => Some(Unit::named(name).ok_or_else(wanted)?),
+        let (number, name) = (digits.trim_end(), &text[digits.len()..]);
+        let value =
+            number.parse::<f64>().ok().filter(|value| value.is_finite()).ok_or_else(wanted)?;
+        let unit = match (Unit::named(name), name) {
+            (Some(unit), _) => unit,
+            (None, "") if value == 0.0 => Unit::default(),
+            (None, "") => {
+                return Err(format!(
+                    "must have a unit, without a space before it, such as {number}mm, {number}cm, \
+                     {number}m or {number}in"
+                ));
+            }
+            (None, name) => {
+                return Err(format!(
+                    "must have the unit mm, cm, m or in, such as 15mm, got `{name}`"
+                ));
+            }
         };
-        match digits.trim_end().parse::<f64>() {
-            Ok(value) if value.abs() <= LONGEST => Ok(Self { value, unit }),
-            Ok(value) if value.is_finite() => Err(format!("{}, at most {LONGEST:e}", wanted())),
-            _ => Err(wanted()),
+        if value.abs() <= LONGEST {
+            Ok(Self { value, unit })
+        } else {
+            Err(format!("{}, at most {LONGEST:e}", wanted()))
         }
     }
 
@@ -77,23 +96,56 @@ impl Length {
         })
     }
 
-    /// Whether the unit of the mesh must be known to convert it.
-    pub fn has_unit(self) -> bool {
-        self.unit.is_some() && self.value != 0.0
+    /// Whether it is 0, in any unit.
+    pub fn is_zero(self) -> bool {
+        self.value == 0.0
     }
 
     /// The length in the unit of the mesh.
     pub fn in_unit(self, mesh: Unit) -> f64 {
-        match self.unit {
-            Some(unit) => self.value * unit.meters() / mesh.meters(),
-            None => self.value,
+        self.value * self.unit.meters() / mesh.meters()
+    }
+
+    /// Checks that it is no longer than a mesh.
+    ///
+    /// - `option`: what the length is for.
+    /// - `extent`: the mesh's largest dimension, in its unit.
+    ///
+    /// # Errors
+    /// As bad input, with the dimension.
+    pub fn check_within(self, option: &str, extent: f64, mesh: Unit) -> Result<(), Failure> {
+        if self.in_unit(mesh).abs() <= extent {
+            return Ok(());
         }
+        let largest = Self::measured(extent, mesh);
+        Err(Failure::option(format!(
+            "`{option}` must be at most {largest}, the mesh's largest dimension, got {self}"
+        )))
+    }
+
+    /// A length in the unit of a mesh, for people to read: in millimetres, or inches for a mesh in
+    /// inches.
+    pub(crate) fn measured(value: f64, mesh: Unit) -> Self {
+        let unit = if mesh == Unit::In { Unit::In } else { Unit::Mm };
+        let value = value * mesh.meters() / unit.meters();
+        // Three digits will do to choose another length.
+        let step = 10_f64.powf((value.abs().max(1e-9).log10() - 2.0).floor());
+        Self { value: (value / step).floor() * step, unit }
+    }
+}
+
+impl Display for Length {
+    /// As it is parsed.
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        // Without the noise of floating point.
+        let value = format!("{:.9}", self.value);
+        let value = value.trim_end_matches('0').trim_end_matches('.');
+        write!(f, "{value}{}", self.unit.name())
     }
 }
 
 fn wanted() -> String {
-    "must be a length such as 15mm, 1.5cm, 0.015m or 0.6in, or a number in the unit of the mesh"
-        .into()
+    "must be a number with a unit, such as 15mm, 1.5cm, 0.015m or 0.6in".into()
 }
 
 /// The note that a unit was assumed for a mesh.
@@ -120,15 +172,59 @@ mod tests {
     #[test]
     fn lengths() {
         let length = |text| Length::parse(text).map(|length| length.in_unit(Unit::M));
-        for (text, wanted) in
-            [("15mm", 0.015), ("-1.5 cm", -0.015), ("0.5m", 0.5), ("2in", 0.0508), ("7", 7.0)]
-        {
+        for (text, wanted) in [
+            ("15mm", 0.015),
+            ("-1.5 cm", -0.015),
+            ("0.5m", 0.5),
+            ("2in", 0.0508),
+            ("1e3mm", 1.0),
+            ("+10 mm", 0.01),
+            ("0", 0.0),
+            ("-0.0", 0.0),
+            ("0mm", 0.0),
+        ] {
             assert!((length(text).unwrap() - wanted).abs() < 1e-12, "{text}");
         }
         assert!((Length::parse("15mm").unwrap().in_unit(Unit::Cm) - 1.5).abs() < 1e-12);
-        for bad in ["", "mm", "15 foot", "1e400", "1e10", "-1e308m", "nan", "inf", "15mmm", "ä"] {
-            assert!(length(bad).is_err(), "{bad}");
-        }
         assert!(Length::parse_distance("-1mm").is_err());
+    }
+
+    #[test]
+    fn what_is_not_a_length_is_told_what_it_lacks() {
+        let cases = [
+            ("must have a unit", &["10", "-0.02", "1e3", "0.01 ", "10 ", "1e-300"][..]),
+            (
+                "mm, cm, m or in, such as 15mm, got `",
+                &["5inches", "5 inches", "10px", "15mmm", "10MM"],
+            ),
+            ("such as 15mm, 1.5cm", &["", "mm", "nan", "nanmm", "inf", "infm", "0,5mm", "10mm mm"]),
+            ("such as 15mm, 1.5cm", &["1e400mm", "ä", "five", "1_000mm", "0x10mm", "--5mm"]),
+            ("at most 1e9", &["1e10mm", "-1e308m"]),
+        ];
+        for (wanted, texts) in cases {
+            for text in texts {
+                let said = Length::parse(text).unwrap_err();
+                assert!(said.contains(wanted), "{text}: {said}");
+            }
+        }
+        let said = Length::parse("10").unwrap_err();
+        assert!(said.ends_with("such as 10mm, 10cm, 10m or 10in"), "{said}");
+    }
+
+    #[test]
+    fn lengths_are_shown_as_they_are_written() {
+        for text in ["15mm", "-1.5cm", "0.015m", "0.6in", "1000mm"] {
+            assert_eq!(Length::parse(text).unwrap().to_string(), text);
+        }
+        // Rounded down, so that what is shown is not refused again.
+        for (value, mesh, wanted) in [
+            (0.314_159, Unit::M, "314mm"),
+            (0.001_239_9, Unit::M, "1.23mm"),
+            (3.999, Unit::M, "3990mm"),
+            (2.5, Unit::In, "2.5in"),
+            (0.0, Unit::Cm, "0mm"),
+        ] {
+            assert_eq!(Length::measured(value, mesh).to_string(), wanted);
+        }
     }
 }

@@ -96,6 +96,7 @@ impl Transfer {
                 "`blend`, `feather`, `match_skin`, `labels` or `preview`",
                 "blends are computed on the surface of a mesh, and a map has none",
             ),
+            (self.region.unit.is_some(), "`unit`", "a map has no lengths"),
             (normals, "normal maps", "they need the tangent frames of two meshes"),
             (
                 self.direction == Direction::Reverse,

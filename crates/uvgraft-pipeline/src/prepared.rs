@@ -69,7 +69,7 @@ impl Transfer {
     /// be none, and [`Transfer::output`], [`Transfer::format`], [`Transfer::existing`],
     /// [`Transfer::shard`], [`Transfer::jobs`] and [`Transfer::memory`].
     ///
-    /// - `observer`: receives a note if a mesh unit was assumed.
+    /// - `observer`: receives a note if a mesh unit was assumed, and warnings about what is shared.
     ///
     /// # Errors
     /// As bad input for files that cannot be read or are not regular files, for conflicting
@@ -83,11 +83,15 @@ impl Transfer {
         let link = Link::read(&self.correspondence)?;
         let size = link.size(self.size)?;
         let known = KnownTexels::read(self.source_mask.as_ref(), self.fill.as_ref())?;
+        known.check(observer)?;
+        let overlaid = self.overlaid();
+        overlaid.check_base(self.base_order(onto, values, size).header())?;
         let (blend, base) = threads::join(
             || self.blend(&link, &known, None, observer),
             || Base::new(&self.base_order(onto, values, size), true),
         );
         let (blend, base) = (blend?, base?);
+        base.non_finite().into_iter().for_each(|warning| observer.warn(warning));
         let files = self.prepared_inputs().into_iter().filter_map(Input::path);
         let fingerprint = fingerprint.map_err(|error| {
             let culprit = files.clone().find(|path| !path.is_file());
@@ -102,6 +106,7 @@ impl Transfer {
                 base,
                 blend,
                 known: Arc::new(known),
+                overlaid: Arc::new(overlaid),
                 grafts: Grafts::default(),
                 layout_checks: LayoutChecks::default(),
             },

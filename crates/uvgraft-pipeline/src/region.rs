@@ -9,6 +9,7 @@ use uvgraft_io::input::Input;
 use uvgraft_io::{vertex_groups, vertex_list};
 
 use crate::failure::{Blame, Failure, Result};
+use crate::growth::grown;
 use crate::length::{Length, Unit, assumption};
 use crate::observer::Observer;
 
@@ -22,7 +23,7 @@ pub struct Region {
     pub exclude: Vec<RegionPart>,
     /// How far the included part is grown.
     pub grow: Option<Grow>,
-    /// Unit of the mesh coordinates, for lengths with a unit; metres if absent.
+    /// Unit of the mesh coordinates, for lengths; metres if absent.
     pub unit: Option<Unit>,
 }
 
@@ -36,7 +37,7 @@ pub enum Grow {
 }
 
 impl Grow {
-    /// Parses a distance such as `5mm` or `-0.01`, or rings such as `2rings`.
+    /// Parses a distance such as `5mm` or `-1cm`, or rings such as `2rings`.
     ///
     /// # Errors
     /// The requirements that the text does not meet.
@@ -84,6 +85,24 @@ impl RegionPart {
 }
 
 impl Region {
+    /// Checks for options that do nothing.
+    ///
+    /// # Errors
+    /// As bad input, with the option.
+    pub fn check(&self) -> Result<()> {
+        let outwards = match self.grow {
+            Some(Grow::By(length)) => length.in_unit(Unit::M) > 0.0,
+            Some(Grow::Rings(rings)) => rings > 0,
+            None => false,
+        };
+        if outwards && self.include.is_empty() {
+            return Err(Failure::option(
+                "`grow` needs `region` unless it is negative: everything linked cannot grow",
+            ));
+        }
+        Ok(())
+    }
+
     /// Whether it is the whole linked surface.
     pub fn is_everything(&self) -> bool {
         self.include.is_empty() && self.exclude.is_empty() && self.grow.is_none()
@@ -106,7 +125,7 @@ impl Region {
             Some(Grow::By(length)) => Some(length),
             _ => None,
         };
-        let matters = lengths.into_iter().chain(grow).any(Length::has_unit);
+        let matters = lengths.into_iter().chain(grow).any(|length| !length.is_zero());
         self.unit.unwrap_or_else(|| {
             let unit = Unit::default();
             if matters {
@@ -118,23 +137,43 @@ impl Region {
 
     /// The selection, restricted to the linked surface.
     ///
+    /// - `observer`: receives a warning if shrinking leaves next to nothing, and notes on parts that
+    ///   change nothing.
+    ///
     /// # Errors
-    /// For files that cannot be read or do not match the meshes.
-    pub fn select(&self, domain: &BlendDomain, unit: Unit) -> Result<Selection> {
+    /// For files that cannot be read or do not match the meshes, and as [`grown`].
+    pub fn select(
+        &self,
+        domain: &BlendDomain,
+        unit: Unit,
+        observer: &dyn Observer,
+    ) -> Result<Selection> {
         let linked = domain.linked();
         let mut selection = match united(domain, &self.include)? {
             Some(selection) => selection,
             None => linked.clone(),
         };
+        if !self.include.is_empty() && linked.difference(&selection).or_input()?.is_empty() {
+            observer.note("`region` has no effect: it covers everything linked");
+        }
         if let Some(grow) = self.grow {
             let by = match grow {
                 Grow::By(length) => Growth::Length(length.in_unit(unit)),
                 Grow::Rings(rings) => Growth::Rings(rings),
             };
-            selection = selection.intersection(&linked).or_input()?.grown(by);
+            let grown = grown(&selection.intersection(&linked).or_input()?, by, Some(unit))?;
+            grown.warning.into_iter().for_each(|warning| observer.warn(warning));
+            selection = grown.selection;
         }
         // Exclusions come last, so that growing does not bring them back.
-        if let Some(excluded) = united(domain, &self.exclude)? {
+        for part in &self.exclude {
+            let excluded = part_of(domain, part)?;
+            if selection.intersection(&excluded).or_input()?.is_empty() {
+                observer.note(format_args!(
+                    "`exclude` {} has no effect: outside of the region",
+                    part.input
+                ));
+            }
             selection = selection.difference(&excluded).or_input()?;
         }
         selection.intersection(&linked).or_input()
@@ -144,7 +183,7 @@ impl Region {
 fn united(domain: &BlendDomain, parts: &[RegionPart]) -> Result<Option<Selection>> {
     let mut all: Option<Selection> = None;
     for part in parts {
-        let part = selection(domain, part)?;
+        let part = part_of(domain, part)?;
         all = Some(match all {
             Some(all) => all.union(&part).or_input()?,
             None => part,
@@ -153,7 +192,7 @@ fn united(domain: &BlendDomain, parts: &[RegionPart]) -> Result<Option<Selection
     Ok(all)
 }
 
-fn selection(domain: &BlendDomain, part: &RegionPart) -> Result<Selection> {
+fn part_of(domain: &BlendDomain, part: &RegionPart) -> Result<Selection> {
     let RegionPart { side, input, names } = part;
     let mesh = domain.mesh_of(*side);
     let vertices = mesh.positions().len();

@@ -42,6 +42,7 @@ impl Transfer {
             return self.run_tiled(observer);
         }
         let mut plan = Plan::new(self)?;
+        self.check_encoding(&plan)?;
         self.check_outputs(&plan)?;
         let records = self.records(&plan)?;
         let mut done = Transferred::default();
@@ -66,12 +67,15 @@ impl Transfer {
         let link = Arc::new(Link::read(&self.correspondence)?);
         let size = link.size(self.size)?;
         let known = KnownTexels::read(self.source_mask.as_ref(), self.fill.as_ref())?;
+        known.check(observer)?;
         let known = Arc::new(known);
+        let overlaid = Arc::new(self.overlaid());
         for batch in &plan.batches {
             let order = self.base_order(batch.onto.as_ref(), batch.values, size);
             let header = order.header();
             let target = size.or_else(|| header.map(|header| header.size));
             target.map_or(Ok(()), |target| check_formats(batch, target))?;
+            overlaid.check_base(header)?;
             self.check_memory(batch, &link, &order, header)?;
         }
         // Decoding a base and preparing a blend take about the same time.
@@ -99,6 +103,7 @@ impl Transfer {
                 Some(base) => base,
                 None => self.base(batch, size)?,
             };
+            base.non_finite().into_iter().for_each(|warning| observer.warn(warning));
             let several = batch.jobs.len() > 1;
             let shared = Shared {
                 unchanged: (several && base.is_in_memory()).then(|| Unchanged::of_base(&base)),
@@ -107,6 +112,7 @@ impl Transfer {
                 base,
                 blend: done.blend.clone(),
                 known: Arc::clone(&known),
+                overlaid: Arc::clone(&overlaid),
                 grafts: Grafts::default(),
                 layout_checks: LayoutChecks::default(),
             };
@@ -150,6 +156,16 @@ impl Transfer {
         self.check_options()
     }
 
+    /// Checks that the encoding options mean something to an output. Those of another shard may be of
+    /// another format.
+    pub(crate) fn check_encoding(&self, plan: &Plan) -> Result<()> {
+        if self.shard.is_some() {
+            return Ok(());
+        }
+        let formats = plan.jobs().filter_map(|job| Format::from_path(&job.output));
+        self.write.check(&formats.collect::<Vec<_>>()).map_err(Failure::option)
+    }
+
     /// Checks that every output belongs to one shard.
     fn check_shard(&self) -> Result<()> {
         let ruled_out = [
@@ -169,6 +185,7 @@ impl Transfer {
     /// As [`Transfer::check`], whatever the textures are.
     pub(crate) fn check_options(&self) -> Result<()> {
         self.check_map()?;
+        self.region.check()?;
         let values = match &self.inputs {
             Inputs::Textures { values, .. } | Inputs::Listed { values, .. } => Some(*values),
             Inputs::Material(_) => None,
@@ -179,6 +196,7 @@ impl Transfer {
             let wanted = Format::extension_list();
             return Err(Failure::option(format!("`format` must be one of {wanted}, got {format}")));
         }
+        self.check_known()?;
         if self.fit.is_some() {
             if self.filter(values.unwrap_or_default()) == Filter::Nearest {
                 return Err(Failure::option(
@@ -209,6 +227,22 @@ impl Transfer {
                      use `blend` feather or `tone` none",
                 ));
             }
+        }
+        Ok(())
+    }
+
+    /// Checks that the material has maps to which a mask or a mean texture means something.
+    fn check_known(&self) -> Result<()> {
+        let Inputs::Material(maps) = &self.inputs else { return Ok(()) };
+        let none = |is: fn(Values) -> bool| !maps.iter().any(|map| is(map.role.values()));
+        if self.fill.is_some() && none(Values::is_toned) {
+            return Err(Failure::option("`fill` needs a `map` that is filled, such as albedo"));
+        }
+        // With a blend, data ends at the boundary of the mask too.
+        if self.source_mask.is_some() && self.blending.is_none() && none(|it| !it.is_data()) {
+            return Err(Failure::option(
+                "`source_mask` needs `blend`, or a `map` of colours: data has no alpha",
+            ));
         }
         Ok(())
     }

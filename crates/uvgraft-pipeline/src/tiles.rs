@@ -85,6 +85,7 @@ impl Transfer {
         };
         let grouped = self.with_patterns()?;
         let plan = Plan::new(&grouped)?;
+        self.check_encoding(&plan)?;
         let file = pair_file::read(pair).or_input()?;
         let filled: BTreeSet<Tile> =
             file.pair.tiles(self.direction).map(|(_, [_, filled])| filled).collect();

@@ -158,13 +158,9 @@ fn unit(value: f32) -> f32 {
     if value > 0.0 { value.min(1.0) } else { 0.0 }
 }
 
-/// Checks that two sizes have the same aspect ratio, within a texel of the longest side.
+/// Checks that two sizes have the same aspect ratio.
 fn check_shape(what: &'static str, found: Size, wanted: Size) -> Result<(), FillError> {
-    let product = |a: u32, b: u32| u64::from(a) * u64::from(b);
-    let difference =
-        product(found.width, wanted.height).abs_diff(product(wanted.width, found.height));
-    let sides = [found.width, found.height, wanted.width, wanted.height];
-    if difference <= sides.into_iter().map(u64::from).max().unwrap_or(0) {
+    if found.has_aspect_ratio_of(wanted) {
         Ok(())
     } else {
         Err(FillError::Shape { what, found, wanted })

@@ -9,6 +9,13 @@ use crate::threads::map_indices;
 const CHUNK: usize = 1 << 14;
 
 impl Texture {
+    /// How many texels have a NaN or an infinity in any channel.
+    pub fn non_finite(&self) -> usize {
+        let Texels::F32(values) = self.texels() else { return 0 };
+        let texels = values.chunks_exact(self.channels().count());
+        texels.filter(|texel| !texel.iter().all(|value| value.is_finite())).count()
+    }
+
     /// Replaces unknown texels, those with a NaN or an infinity in any channel, and returns how
     /// many there were. Integer textures and finite ones are returned unchanged.
     ///

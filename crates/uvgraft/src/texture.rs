@@ -30,6 +30,16 @@ impl Size {
         // A product beyond 32-bit addressing must not look like a small one.
         (self.width as usize).saturating_mul(self.height as usize)
     }
+
+    /// Whether both have the same aspect ratio, within a texel of the longest side: images of one layout in
+    /// different sizes do.
+    pub fn has_aspect_ratio_of(self, other: Self) -> bool {
+        let product = |a: u32, b: u32| u64::from(a) * u64::from(b);
+        let difference =
+            product(self.width, other.height).abs_diff(product(other.width, self.height));
+        let sides = [self.width, self.height, other.width, other.height];
+        difference <= sides.into_iter().map(u64::from).max().unwrap_or(0)
+    }
 }
 
 impl std::fmt::Display for Size {

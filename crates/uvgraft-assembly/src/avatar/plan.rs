@@ -108,6 +108,7 @@ impl Plan {
         request.materials.check(is_vrm)?;
         check_levels(request, is_vrm)?;
         request.blending.clone().of_avatar().check()?;
+        request.region.check()?;
         check_body(request)?;
         let triangles = request.triangles.map(|count| count as usize);
         let preset = request.preset.map(|preset| Preset {

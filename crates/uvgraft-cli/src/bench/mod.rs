@@ -20,7 +20,7 @@ use uvgraft_gpu::Adapters;
 use uvgraft_io::pair_file;
 
 use crate::choice::choice;
-use crate::failure::OrBadInput;
+use crate::failure::{OrBadInput, bad_input};
 use crate::number::whole_number;
 use crate::progress;
 use crate::report::parse_size;
@@ -55,9 +55,8 @@ pub(crate) struct Args {
     /// Benchmark both directions
     #[arg(long, conflicts_with = "reverse")]
     both: bool,
-    /// Interpolation filters to benchmark, comma-separated
+    /// Interpolation filters to benchmark, comma-separated [default: bilinear,catmull-rom,lanczos3]
     #[arg(long, value_parser = choice::<Filter>(), value_delimiter = ',', value_name = "FILTER,...")]
-    #[arg(default_value = "bilinear,catmull-rom,lanczos3")]
     filter: Vec<Filter>,
     /// Stages to benchmark, comma-separated [default: all]
     #[arg(
@@ -94,7 +93,20 @@ impl Args {
 
     /// Filters from fastest to slowest, without duplicates.
     fn filters(&self) -> Vec<Filter> {
-        Filter::ALL.into_iter().filter(|filter| self.filter.contains(filter)).collect()
+        let wanted = |filter: &Filter| match self.filter[..] {
+            [] => *filter != Filter::Nearest,
+            ref filters => filters.contains(filter),
+        };
+        Filter::ALL.into_iter().filter(wanted).collect()
+    }
+
+    /// Whether any stage depends on the filter.
+    fn is_filtered(&self) -> bool {
+        #[cfg(feature = "gpu")]
+        if self.gpu.is_some() {
+            return true;
+        }
+        self.stage.iter().any(|kind| kind.is_filtered())
     }
 
     fn has(&self, kind: StageKind) -> bool {
@@ -103,6 +115,9 @@ impl Args {
 }
 
 pub(crate) fn run(args: &Args) -> anyhow::Result<ExitCode> {
+    if !args.filter.is_empty() && !args.is_filtered() {
+        return Err(bad_input("--filter means nothing to the stages given by --stage"));
+    }
     let pair = pair_file::read(&args.pair).or_bad_input()?.pair;
     #[cfg(feature = "gpu")]
     let gpu = args.gpu.and_then(gpu::open);

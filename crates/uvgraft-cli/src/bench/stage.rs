@@ -28,6 +28,11 @@ choices!(StageKind {
 });
 
 impl StageKind {
+    /// Whether it depends on the interpolation filter.
+    pub(super) fn is_filtered(self) -> bool {
+        !matches!(self, Self::ReadPair | Self::Map | Self::Decode | Self::Encode)
+    }
+
     /// All stages in the order of a transfer, the complete transfer last.
     pub(crate) const IN_ORDER: [Self; 8] = [
         Self::ReadPair,

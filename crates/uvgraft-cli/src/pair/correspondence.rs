@@ -24,7 +24,7 @@ pub(super) struct Options {
     /// Target vertex index for each source vertex, -1 for none (.npy or text)
     #[arg(long, value_name = "IDS")]
     vertex_map: Option<PathBuf>,
-    /// Table of where the vertices of one mesh lie on the other, as others publish them
+    /// Published table of where the vertices of one mesh lie on the other
     ///
     /// A matrix (pickled SciPy matrix, scipy.sparse.save_npz), faces and barycentric weights for each
     /// vertex (NPZ, NPY), TF_FLAME's texture_data_*.npy, or `uv_grid` and `pix_to_face` (NPZ).
@@ -33,13 +33,13 @@ pub(super) struct Options {
     /// How to find corresponding triangles
     #[arg(long, value_name = "METHOD", default_value = Chosen::AUTO.name(), value_parser = choice::<Chosen>())]
     by: Chosen,
-    /// How to bring the target into the source's place before surfaces are registered
+    /// How to align the target with the source before registration
     #[arg(long, value_name = "HOW", default_value = Align::default().name(), value_parser = choice::<Align>())]
     align: Align,
-    /// Vertices at the same places (.npy or text), or two images with painted dots
+    /// Corresponding vertices (.npy or text), or two images with painted dots
     ///
-    /// Lists have the index of a vertex of the source and of the target for each place. Images are laid
-    /// over the two layouts; dots of the same colour are the same place. They are painted on a
+    /// The two lists hold corresponding vertex indices in the same order. Images are laid over the two
+    /// layouts; dots of the same colour correspond. They are painted on a
     /// transparent background, or on one of a single colour, and must not touch each other.
     #[arg(long, num_args = 2, value_names = ["SOURCE", "TARGET"])]
     landmarks: Vec<PathBuf>,
@@ -89,9 +89,11 @@ impl Choice for Chosen {
 
     fn summary(self) -> &'static str {
         match self {
-            Self::AUTO => "The given vertex map or table, or else the first of the others that can",
-            Self::VertexMap => "The given vertex map",
-            Self::Table => "The given table",
+            Self::AUTO => {
+                "The vertex map or table if given, otherwise the first method below that works"
+            }
+            Self::VertexMap => "The vertex map given by --vertex-map",
+            Self::Table => "The table given by --table",
             Self::Found(by) => by.summary(),
         }
     }

@@ -59,6 +59,8 @@ pub(crate) struct Args {
     #[arg(help_heading = heading::MEASUREMENT)]
     offset: Option<f64>,
     /// Sampling distance from the edge on each side along the surface, such as 3mm
+    ///
+    /// At most the mesh's largest dimension.
     #[arg(long, value_name = "LENGTH", value_parser = Length::parse_distance)]
     #[arg(allow_hyphen_values = true, help_heading = heading::MEASUREMENT)]
     distance: Option<Length>,
@@ -117,7 +119,11 @@ pub(crate) fn run(args: &Args) -> anyhow::Result<ExitCode> {
     warn_of_misfit(&file, direction, &texture, &args.texture);
     let domain = BlendDomain::new(Arc::clone(&file.pair), direction);
     let region = args.region.region();
+    region.check()?;
     let unit = region.unit(&domain, args.distance, &Notes);
+    if let Some(distance) = args.distance {
+        distance.check_within("distance", domain.extent(), unit)?;
+    }
     let region = region::of(&region, &domain, unit)?;
     let options = SeamOptions::default().offset(args.offset(unit)).worst(usize::from(args.worst));
     let mesh = &region.cut.mesh;
@@ -126,6 +132,9 @@ pub(crate) fn run(args: &Args) -> anyhow::Result<ExitCode> {
         .or_bad_input()?;
     let anatomy = Anatomy::find(mesh).ok();
     let tone = tone::measured(anatomy.as_ref(), &domain, &region, &texture, &references)?;
+    if anatomy.is_none() && args.tone.inputs().next().is_some() {
+        warn("`onto` and `face` have no effect: the mesh has no head");
+    }
     let mesh_name = match direction {
         Direction::Forward => &file.target_name,
         Direction::Reverse => &file.source_name,

@@ -4,7 +4,7 @@ use uvgraft::blend::CutMesh;
 use uvgraft::{Blend, BlendDomain, BlendOptions};
 use uvgraft_pipeline::Unit;
 
-use crate::failure::bad_input;
+use crate::failure::{Notes, bad_input};
 
 /// A region of a layout.
 pub(super) struct Region {
@@ -21,7 +21,7 @@ pub(super) fn of(
     domain: &BlendDomain,
     unit: Unit,
 ) -> anyhow::Result<Region> {
-    let selection = wanted.select(domain, unit)?;
+    let selection = wanted.select(domain, unit, &Notes)?;
     let blend = Blend::new(&selection, BlendOptions::default()).map_err(bad_input)?;
     let name = if wanted.is_everything() { "the linked triangles" } else { "the selected part" };
     Ok(Region { name, cut: blend.cut()? })

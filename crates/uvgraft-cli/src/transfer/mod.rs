@@ -130,10 +130,9 @@ pub(crate) struct Args {
     #[arg(id = "map", long = "map", value_name = "ROLE=FILE", value_parser = RoleFile::parse)]
     #[arg(help_heading = heading::MATERIALS)]
     maps: Vec<RoleFile>,
-    /// Green channel convention of input normal maps
-    #[arg(long, value_name = "CONVENTION", default_value = NormalY::OpenGl.name(), value_parser = choice::<NormalY>())]
-    #[arg(help_heading = heading::MATERIALS)]
-    normal_y: NormalY,
+    /// Green channel convention of input normal maps [default: opengl]
+    #[arg(long, value_name = "CONVENTION", value_parser = choice::<NormalY>(), help_heading = heading::MATERIALS)]
+    normal_y: Option<NormalY>,
     /// Green channel convention of the base and the result [default: as --normal-y]
     #[arg(long, value_name = "CONVENTION", value_parser = choice::<NormalY>(), help_heading = heading::MATERIALS)]
     normal_y_out: Option<NormalY>,
@@ -182,13 +181,13 @@ pub(crate) struct Args {
     /// Output format for several textures [default: each source's format]
     #[arg(long, value_name = "EXTENSION", value_parser = parse_format, help_heading = heading::ENCODING)]
     format: Option<String>,
-    /// Write smaller files, more slowly
+    /// Write smaller PNG, TIFF and EXR files, more slowly
     #[arg(long, help_heading = heading::ENCODING)]
     compress: bool,
-    /// JPEG quality
-    #[arg(long, value_name = "1-100", default_value_t = 95, help_heading = heading::ENCODING)]
+    /// Quality of JPEG files [default: 95]
+    #[arg(long, value_name = "1-100", help_heading = heading::ENCODING)]
     #[arg(value_parser = whole_number::<u8>(1..=100), allow_negative_numbers = true)]
-    quality: u8,
+    quality: Option<u8>,
 }
 
 /// Parses a number of bytes, with K, M, G or T for powers of 1024.
@@ -258,15 +257,15 @@ impl Args {
         transfer.map = MapOptions::with_gutter(self.gutter).prefer(self.prefer);
         transfer.overlap = self.overlap;
         transfer.averaging = if self.linear_light { Averaging::Light } else { Averaging::Encoded };
-        let normal_y_out = self.normal_y_out.unwrap_or(self.normal_y);
-        transfer.normals = NormalOptions::new(self.normal_y, normal_y_out);
+        transfer.normals = self.normals()?;
         transfer.fit = self.fit.then(|| FitOptions::default().max_steps(self.fit_steps));
         transfer.region = self.region.region();
         transfer.blending = self.blending.blending_if_any(&transfer.region, self.gutter);
         transfer.source_mask = self.blending.source_mask.as_ref().map(Input::from);
         transfer.fill = self.blending.fill.as_ref().map(Input::from);
         transfer.format.clone_from(&self.format);
-        transfer.write = WriteOptions::default().compress(self.compress).jpeg_quality(self.quality);
+        transfer.write = WriteOptions::default().compress(self.compress);
+        transfer.write.jpeg_quality = self.quality;
         transfer.mask.clone_from(&self.mask);
         if let Some(labels) = self.blending.drawn_labels() {
             check_name(labels, "a label image")?;
@@ -286,6 +285,16 @@ impl Args {
             transfer.extra_outputs.push(preview.clone());
         }
         Ok(transfer)
+    }
+
+    /// The conventions of normal maps, which mean nothing to others.
+    fn normals(&self) -> anyhow::Result<NormalOptions> {
+        let is_given = self.normal_y.is_some() || self.normal_y_out.is_some();
+        if is_given && !self.maps.iter().any(|map| map.role == "normal") {
+            return Err(bad_input("--normal-y and --normal-y-out need --map normal=FILE"));
+        }
+        let normal_y = self.normal_y.unwrap_or(NormalY::OpenGl);
+        Ok(NormalOptions::new(normal_y, self.normal_y_out.unwrap_or(normal_y)))
     }
 
     /// The pair or the map.

@@ -49,7 +49,7 @@ impl<W: Write + Seek> BandEncoder<W> {
         let rows = match format {
             Format::Png => Rows::Png(Box::new(png::RowEncoder::new(&spec, icc, options.compress)?)),
             Format::Jpeg => {
-                Rows::Jpeg(Box::new(jpeg::RowEncoder::new(&spec, icc, options.jpeg_quality)))
+                Rows::Jpeg(Box::new(jpeg::RowEncoder::new(&spec, icc, options.quality())))
             }
             Format::Tiff => {
                 Rows::Tiff(Box::new(tiff::RowEncoder::new(&spec, icc, options.compress)))

@@ -109,8 +109,8 @@ pub struct WriteOptions {
     /// Whether to spend seconds on smaller files instead of fractions of a second: PNG, TIFF and
     /// EXR.
     pub compress: bool,
-    /// Quality of a JPEG in `1..=100`; values outside are clamped.
-    pub jpeg_quality: u8,
+    /// Quality of a JPEG in `1..=100`; values outside are clamped, and `None` is 95.
+    pub jpeg_quality: Option<u8>,
 }
 
 impl WriteOptions {
@@ -123,13 +123,44 @@ impl WriteOptions {
     /// Sets the quality of JPEGs.
     #[must_use]
     pub const fn jpeg_quality(self, jpeg_quality: u8) -> Self {
-        Self { jpeg_quality, ..self }
+        Self { jpeg_quality: Some(jpeg_quality), ..self }
     }
+
+    /// The quality of a JPEG.
+    pub(crate) fn quality(&self) -> u8 {
+        self.jpeg_quality.unwrap_or(95)
+    }
+
+    /// Checks that the options that are given mean something to one of the formats.
+    ///
+    /// # Errors
+    /// What the first option that means nothing is for: `jpeg_quality` or `compress`.
+    pub fn check(&self, formats: &[Format]) -> Result<(), Unused> {
+        let any = |is: fn(Format) -> bool| formats.iter().copied().any(is);
+        if self.jpeg_quality.is_some() && !any(|format| format == Format::Jpeg) {
+            Err(Unused::Quality)
+        } else if self.compress && !any(|format| !matches!(format, Format::Jpeg | Format::WebP)) {
+            Err(Unused::Compress)
+        } else {
+            Ok(())
+        }
+    }
+}
+
+/// An encoding option that means nothing to any of the formats.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]
+pub enum Unused {
+    /// [`WriteOptions::jpeg_quality`] without a JPEG.
+    #[error("`quality` is for JPEG files only")]
+    Quality,
+    /// [`WriteOptions::compress`] for JPEG and WebP files alone.
+    #[error("`compress` is for PNG, TIFF and EXR files only")]
+    Compress,
 }
 
 impl Default for WriteOptions {
     fn default() -> Self {
-        Self { compress: false, jpeg_quality: 95 }
+        Self { compress: false, jpeg_quality: None }
     }
 }
 

@@ -44,7 +44,7 @@ impl Segments {
         let method = match format {
             Format::Png if !options.compress => Method::Png,
             Format::Jpeg if !spec.channels.has_alpha() => {
-                Method::Jpeg { quality: options.jpeg_quality }
+                Method::Jpeg { quality: options.quality() }
             }
             _ => return None,
         };

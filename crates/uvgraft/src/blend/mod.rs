@@ -17,6 +17,7 @@ mod collapsed;
 mod compose;
 mod controls;
 mod cut;
+mod extent;
 mod eye_rims;
 mod field;
 mod geodesic;
@@ -196,6 +197,7 @@ pub struct Blend {
     /// Distance from the boundary at which a tone correction has faded out; `None` without a
     /// head, where it never fades.
     fade: Option<f64>,
+    feather_fit: FeatherFit,
     measure: Option<Measure>,
     /// For each point, the weight with which a boundary there is treated as next to cloth, 0 to
     /// 1; empty if nothing was left out. There the texture is corrected at the boundary
@@ -206,6 +208,20 @@ pub struct Blend {
     skin: Option<Texture>,
     /// Labels of what textures show; `None` to detect them.
     labels: Option<Arc<Labels>>,
+}
+
+/// Whether a feather suits the size of its region.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum FeatherFit {
+    /// The texture is opaque somewhere, or there is no feather.
+    Opaque,
+    /// It is opaque nowhere: all points are closer to the boundary than the feather is wide.
+    TooWide {
+        /// The distance of the innermost point from the boundary, in the target mesh's unit.
+        depth: f64,
+    },
+    /// The feather does nothing, because the region has no boundary.
+    NoBoundary,
 }
 
 /// Colour samples along the boundary and the membrane, from which tones are computed.
@@ -288,6 +304,13 @@ impl Blend {
         // reach into the feather or the fade have true distances at all three corners.
         let limit = options.feather.max(fade.unwrap_or(0.0)) + domain.longest_edge();
         let inside = domain.signed_distances(&selection, limit);
+        // A point within one edge beyond the feather has a true distance if there is any such point.
+        let feather_fit = match extent::innermost(&touched, &domain, &inside) {
+            _ if options.feather <= 0.0 => FeatherFit::Opaque,
+            Some(depth) if depth < options.feather => FeatherFit::TooWide { depth },
+            Some(_) => FeatherFit::Opaque,
+            None => FeatherFit::NoBoundary,
+        };
         let measure = options.needs_colors().then(|| {
             let rim = Rim::new(&domain, &touched, &inside, options.feather);
             let harmonic = options.membrane.then(|| {
@@ -313,6 +336,7 @@ impl Blend {
             touched,
             inside,
             fade,
+            feather_fit,
             measure,
             cloth_weight: Vec::new(),
             skin: None,
@@ -414,6 +438,11 @@ impl Blend {
     /// The options that it was made with.
     pub fn options(&self) -> &BlendOptions {
         &self.options
+    }
+
+    /// Whether the feather suits the region's size.
+    pub fn feather_fit(&self) -> FeatherFit {
+        self.feather_fit
     }
 
     /// For each triangle of the target, whether it is transferred, wholly or in part.

@@ -467,6 +467,11 @@ impl Selection {
         self.combined(other, |a, b| a && b, f64::min)
     }
 
+    /// Whether no triangle is in it, wholly or in part.
+    pub fn is_empty(&self) -> bool {
+        !self.domain.touched(self).contains(&true)
+    }
+
     /// The selection, grown or shrunk.
     #[must_use]
     pub fn grown(&self, by: Growth) -> Self {

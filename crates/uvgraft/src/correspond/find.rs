@@ -26,10 +26,10 @@ pub enum By {
 }
 
 crate::choices!(By {
-    Any => "auto", "The first of the others that can";
-    Faces => "faces", "Faces with the same vertex indices or in the same order";
-    Topology => "topology", "The connectivity of one mesh, found in the other";
-    Surface => "surface", "Surfaces that lie over each other after registration";
+    Any => "auto", "The first of these methods that works";
+    Faces => "faces", "Faces with the same vertex indices, or in the same order";
+    Topology => "topology", "Connectivity: one mesh is part of the other";
+    Surface => "surface", "Registration: the surfaces are laid over each other";
 });
 
 /// Settings of [`find`].
