@@ -60,6 +60,11 @@ pub(crate) fn run(args: &Args) -> anyhow::Result<ExitCode> {
         [] => vec![Region { name: "whole image".to_owned(), mask: None }],
         masks => read_masks(masks)?,
     };
+    for (path, region) in args.mask.iter().zip(&regions) {
+        if region.mask.as_ref().is_some_and(|mask| mask.count() == mask.size().texels()) {
+            note(format_args!("{}: `mask` has no effect: white everywhere", path.display()));
+        }
+    }
     let scores = Scores::new(&a, &b, &regions, &judge);
     if let Some(path) = &args.heatmap {
         let title = format!("{} against {}", name_of(&args.a), name_of(&args.b));
@@ -110,9 +115,6 @@ fn read_mask(path: &Path) -> anyhow::Result<Region> {
     let texture = image::read(path).or_bad_input()?.texture.with_encoding(Encoding::Data);
     let mask =
         Mask::from_texture(&texture).with_context(|| path.display().to_string()).or_bad_input()?;
-    if mask.count() == texture.size().texels() {
-        note(format_args!("{}: `mask` has no effect: white everywhere", path.display()));
-    }
     Ok(Region { name: name_of(path), mask: Some(mask) })
 }
 

@@ -50,7 +50,10 @@ use std::ffi::OsString;
 use std::process::ExitCode;
 
 use anyhow::Context;
+use clap::error::{ContextKind, ContextValue, ErrorKind};
 use clap::{Arg, ArgAction, CommandFactory, FromArgMatches, Parser, Subcommand};
+use uvgraft::Choice;
+use uvgraft_pipeline::Unit;
 
 /// Transfer textures between meshes with different UV layouts
 ///
@@ -139,7 +142,7 @@ pub fn run(arguments: impl IntoIterator<Item = OsString>) -> ExitCode {
 /// and how it is spelled.
 fn parse(arguments: &[OsString]) -> Result<(Cli, Vec<(String, String)>), clap::Error> {
     let mut command = Cli::command();
-    let matches = command.try_get_matches_from_mut(arguments)?;
+    let matches = command.try_get_matches_from_mut(arguments).map_err(explained)?;
     let cli = Cli::from_arg_matches(&matches).map_err(|error| error.format(&mut command))?;
     let (mut named, mut matches) = (&command, &matches);
     while let Some((name, inner)) = matches.subcommand() {
@@ -152,6 +155,21 @@ fn parse(arguments: &[OsString]) -> Result<(Cli, Vec<(String, String)>), clap::E
     };
     let options = named.get_arguments().filter_map(spelled).collect();
     Ok((cli, options))
+}
+
+/// An error with a tip if an argument too many is a unit, as in `--distance 3 mm`.
+fn explained(mut error: clap::Error) -> clap::Error {
+    let unit = match error.get(ContextKind::InvalidArg) {
+        Some(ContextValue::String(found)) if error.kind() == ErrorKind::UnknownArgument => {
+            Unit::named(found)
+        }
+        _ => None,
+    };
+    if let Some(unit) = unit {
+        let tip = format!("a unit follows its number without a space, as in 3{}", unit.name());
+        error.insert(ContextKind::Suggested, ContextValue::StyledStrs(vec![tip.into()]));
+    }
+    error
 }
 
 /// More would only take longer to start.

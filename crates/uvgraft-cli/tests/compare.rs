@@ -61,9 +61,10 @@ fn json_for_programs() {
 fn a_column_for_each_mask() {
     let bench = bench();
     bench.paint_noise("noise.png", (40, 30), Channels::Grey, Depth::U8);
-    let text =
-        bench.succeed("compare a.png b.png --json --metrics l1 --mask all.png --mask noise.png");
-    let regions = &serde_json::from_str::<Value>(&text).unwrap()["regions"];
+    let run = bench.run("compare a.png b.png --json --metrics l1 --mask all.png --mask noise.png");
+    assert_eq!(run.code, Some(0));
+    assert_eq!(run.stderr, "note: all.png: --mask has no effect: white everywhere\n");
+    let regions = &serde_json::from_str::<Value>(&run.stdout).unwrap()["regions"];
     assert_eq!((&regions[0]["region"], &regions[0]["texels"]), (&json!("all.png"), &json!(1200)));
     let noise = bench.texture("noise.png");
     let selected = (0..1200).filter(|k| texel_u8(&noise, k % 40, k / 40)[0] >= 128).count();

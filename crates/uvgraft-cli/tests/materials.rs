@@ -331,8 +331,8 @@ fn only_colours_are_toned() {
 fn overlaps_are_averaged() {
     let bench = charts::bench(0.25);
     bench.paint_noise("noise.png", (64, 64), Channels::Rgb, Depth::U8);
-    for how in ["", "--region target:all.txt", "--data"] {
-        bench.write("all.txt", "0 1 2 3 4 5 6 7");
+    // On the surface, too.
+    for how in ["", "--blend none", "--data"] {
         let carry = |options: &str| {
             bench.succeed(&format!(
                 "transfer eyes.uvpair noise.png --size 64 --gutter 0 --onto #456 {how} {options} -o out.png"

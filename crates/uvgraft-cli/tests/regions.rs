@@ -37,10 +37,12 @@ fn text(ids: &[u32]) -> String {
 /// Transfers white onto black, and returns the white texels in the centre row of the linked area,
 /// and in the centre column of its left half.
 fn white(bench: &Bench, options: &str) -> [Vec<u32>; 2] {
-    bench.succeed(&format!(
+    let run = bench.run(&format!(
         "transfer plane.uvpair white.png --onto #000 --size 128 --gutter 0 --filter nearest \
          {options} -o out.png"
     ));
+    let told = ["", "note: --region has no effect: it covers everything linked\n"];
+    assert!(run.code == Some(0) && told.contains(&run.stderr.as_str()), "{options}: {run:?}");
     let out = bench.texture("out.png");
     let is_white = |x, y| match out.get(x, y, 0) {
         0.0 => false,
@@ -142,7 +144,7 @@ fn the_unit_is_said_where_it_counts() {
         "--feather 0mm",
         "--region half.npy --grow 0.0",
         "--feather 10mm --unit m",
-        "--blend membrane --unit cm --tone none",
+        "--blend membrane --unit m --tone none",
         "--blend none",
         "--preview preview.png",
     ] {
@@ -366,7 +368,10 @@ fn lengths_that_are_none() {
     );
     bench.paint("sheet.png", (128, 128), Channels::Rgb, &[9, 9, 9]);
     bench.refuse("seams plane.uvpair sheet.png --distance 3", &["'3'", "must have a unit"]);
-    bench.refuse("seams plane.uvpair sheet.png --distance 3 mm", &["'3'", "without a space"]);
+    bench.refuse(
+        "seams plane.uvpair sheet.png --distance 3 mm",
+        &["'mm'", "tip: a unit follows its number without a space, as in 3mm"],
+    );
     // The smallest lengths are lengths, too.
     for option in ["--region half.npy --grow", "--feather", "--blend membrane --feather"] {
         let line = "transfer plane.uvpair white.png --onto #808080 --size 32 --unit mm";
@@ -376,23 +381,27 @@ fn lengths_that_are_none() {
     }
 }
 
-/// The linked square is 80 mm wide, and its left half 40 mm.
+/// The linked square is 80 mm wide, and its left half 40 mm. Distances are found to within a fifth of an
+/// edge where fronts meet, so the centre of the square is at 36.6 mm.
 #[test]
 fn lengths_beyond_the_region_are_refused_with_its_size() {
     let bench = bench();
     bench.paint("sheet.png", (128, 128), Channels::Rgb, &[9, 9, 9]);
     let cases: &[(&str, &[&str])] = &[
-        ("--feather 10m", &["--feather must be at most 40mm", "innermost point", "got 10m"]),
-        ("--feather 41mm", &["at most 40mm", "got 41mm"]),
-        ("--feather 1e3mm", &["at most 40mm", "got 1000mm"]),
-        ("--feather 1e9m", &["at most 40mm"]),
-        ("--blend membrane --feather 5in", &["at most 40mm", "got 5in"]),
+        ("--feather 10m", &["--feather must be at most 36.6mm", "innermost point", "got 10m"]),
+        ("--feather 41mm", &["at most 36.6mm", "got 41mm"]),
+        ("--feather 1e3mm", &["at most 36.6mm", "got 1000mm"]),
+        ("--feather 1e9m", &["at most 36.6mm"]),
+        ("--blend membrane --feather 5in", &["at most 36.6mm", "got 5in"]),
         ("--region half.npy --feather 21mm", &["at most 20mm", "got 21mm"]),
-        ("--region half.npy --grow -15mm --blend feather", &["at most 5mm", "got 10mm"]),
-        ("--grow -900mm", &["--grow leaves nothing of the region", "is 40mm from its boundary"]),
-        ("--grow -1m", &["--grow leaves nothing of the region", "is 40mm from"]),
-        ("--grow -40mm", &["--grow leaves nothing of the region"]),
-        ("--grow -9rings", &["--grow leaves nothing of the region", "is 40mm from"]),
+        (
+            "--region half.npy --grow -15mm --blend feather",
+            &["at most 5mm", "got 10mm, the default"],
+        ),
+        ("--grow -900mm", &["--grow leaves nothing of the region", "is 36.6mm from its boundary"]),
+        ("--grow -1m", &["--grow leaves nothing of the region", "is 36.6mm from"]),
+        ("--grow -37mm", &["--grow leaves nothing of the region"]),
+        ("--grow -9rings", &["--grow leaves nothing of the region", "is 36.6mm from"]),
         ("--region half.npy --grow 1m", &["--grow must be at most 40mm", "--region"]),
         ("--region half.npy --grow 5in", &["--grow must be at most 40mm"]),
         ("--grow 5mm", &["--grow needs --region"]),
@@ -405,18 +414,21 @@ fn lengths_beyond_the_region_are_refused_with_its_size() {
     // In a mesh of another unit, as whoever wrote the length thinks of it.
     bench.refuse(
         "transfer plane.uvpair white.png --size 32 --unit in --feather 10mm -o out.png",
-        &["--feather must be at most 0.04in", "got 10mm"],
+        &["--feather must be at most 0.0366in", "got 10mm"],
     );
-    for options in ["--feather 40mm", "--grow -35mm", "--region half.npy --grow 40mm"] {
+    for options in
+        ["--feather 36.6mm", "--grow -30mm", "--region half.npy --grow 40mm --feather 20mm"]
+    {
         let line = "transfer plane.uvpair white.png --onto #808080 --size 32 --unit m";
         let run = bench.run(&format!("{line} {options} -o out.png"));
         assert_eq!((run.code, run.stderr.as_str()), (Some(0), ""), "{options}");
     }
-    // A square of 6 mm.
-    let line = "transfer plane.uvpair white.png --onto #808080 --size 32 --unit m --grow -37mm";
+    // A square of 5 mm.
+    let line = "transfer plane.uvpair white.png --onto #808080 --size 32 --unit m --grow -34mm";
     let run = bench.run(&format!("{line} -o out.png"));
     assert_eq!(run.code, Some(0));
-    let wanted = "warning: --grow leaves only 0.56 % of the region, whose innermost point is 40mm";
+    let wanted =
+        "warning: --grow leaves only 0.68 % of the region, whose innermost point is 36.6mm";
     assert!(run.stderr.starts_with(wanted), "{}", run.stderr);
     bench.refuse(
         "seams plane.uvpair sheet.png --unit m --distance 1m",
@@ -507,7 +519,7 @@ fn other_options_go_with_regions() {
     assert_eq!(row, (0..32).collect::<Vec<u32>>());
     bench.succeed(
         "transfer plane.uvpair sheet.png --reverse --onto #000 --size 64 --gutter 0 --filter nearest \
-         --region target:body.txt --feather 10mm -o out.png",
+         --region target:body.txt --feather 10mm --unit m -o out.png",
     );
     let out = bench.texture("out.png");
     assert!(

@@ -117,7 +117,7 @@ The worst edges, and the position of their largest difference in texels:
 fn json_for_programs() {
     let bench = bench();
     let parse = |args: &str| -> Value { serde_json::from_str(&bench.succeed(args)).unwrap() };
-    let document = parse("seams row.uvpair paint.png --json --distance 0.25m");
+    let document = parse("seams row.uvpair paint.png --json --unit m --distance 0.25m");
     assert_eq!(document["texture"], "paint.png");
     assert_eq!(document["mesh"], "three.obj");
     assert_eq!(document["size"], json!({"width": 100, "height": 100}));
@@ -290,8 +290,9 @@ fn references_are_checked() {
         bench.refuse(&format!("seams row.uvpair paint.png {options}"), wanted);
     }
     // Without a head there is nothing to compare.
-    let text = bench.succeed("seams row.uvpair paint.png --onto paint.png --face small.png");
-    assert!(!text.contains("tone"), "{text}");
+    let run = bench.run("seams row.uvpair paint.png --onto paint.png --face small.png");
+    assert!(run.code == Some(0) && !run.stdout.contains("tone"), "{run:?}");
+    assert_eq!(run.stderr, "warning: --onto and --face have no effect: the mesh has no head\n");
 }
 
 #[test]

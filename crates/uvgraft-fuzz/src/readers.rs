@@ -10,10 +10,11 @@ use uvgraft::islands::Islands;
 use uvgraft::{Texels, Texture};
 use uvgraft_avatar::body::{BodyKind, BodyModel, Shape};
 use uvgraft_avatar::motion::Motion;
-use uvgraft_gltf::scene::{MeshChoice, PoseRequest, Scene, read_mesh};
+use uvgraft_gltf::scene::{MeshChoice, PoseRequest, Scene, contents, read_mesh};
 use uvgraft_io::arrays::{NamedArrays, NumericArray};
 use uvgraft_io::face_networks::{self, FaceNetworkFiles};
 use uvgraft_io::image::{self, BandDecoder};
+use uvgraft_io::input::Input;
 use uvgraft_io::lpips_weights;
 use uvgraft_io::{
     arrays, correspondence_table, fate, obj as obj_file, pair_file as pairs, pickle as pickles,
@@ -33,11 +34,14 @@ pub(crate) fn obj(bytes: &[u8]) {
         assert!(obj_file::write(&mesh, &mut written).is_ok());
         assert!(obj_file::parse(&written).is_ok(), "what was written must be read");
     }
+    if let Ok(found) = obj_file::parse_textured(bytes) {
+        black_box(Islands::new(&found.mesh).count());
+    }
 }
 
 pub(crate) fn ply(bytes: &[u8]) {
-    if let Ok(mesh) = ply_file::parse(bytes) {
-        black_box(Islands::new(&mesh).count());
+    if let Ok(found) = ply_file::parse(bytes) {
+        black_box(Islands::new(&found.mesh).count());
     }
 }
 
@@ -46,6 +50,7 @@ pub(crate) fn glb(bytes: &[u8]) {
         let _ = black_box(scene.pose(&PoseRequest::default()));
     }
     let _ = black_box(read_mesh(bytes, &MeshChoice::default()));
+    let _ = black_box(contents(Input::bytes("fuzzed.glb", bytes)));
 }
 
 pub(crate) fn npy(bytes: &[u8]) {

@@ -3,7 +3,7 @@
 use uvgraft::{Tone, choices};
 use uvgraft_io::input::Input;
 
-use crate::blending::Blending;
+use crate::blending::{Blending, DEFAULT_FEATHER};
 use crate::failure::{Failure, Result};
 use crate::length::Length;
 use crate::region::Region;
@@ -99,10 +99,10 @@ impl BlendSettings {
 
     fn feather(&self) -> Length {
         let default = match self.mode() {
-            BlendMode::None => 0.0,
-            BlendMode::Feather | BlendMode::Membrane => 10.0,
+            BlendMode::None => Length::millimeters(0.0),
+            BlendMode::Feather | BlendMode::Membrane => DEFAULT_FEATHER,
         };
-        self.feather.unwrap_or(Length::millimeters(default))
+        self.feather.unwrap_or(default)
     }
 
     fn tone(&self) -> Option<Tone> {

@@ -17,6 +17,9 @@ use crate::material::Values;
 use crate::observer::Observer;
 use crate::region::Region;
 
+/// The width of the feather of blends that have one.
+pub(crate) const DEFAULT_FEATHER: Length = Length::millimeters(10.0);
+
 /// How a texture is blended into its base.
 #[derive(Debug, Clone, PartialEq)]
 #[non_exhaustive]
@@ -138,9 +141,10 @@ impl Blending {
                 observer.warn("`feather` has no effect: the region has no boundary");
             }
             FeatherFit::TooWide { depth } => {
+                let default = if self.feather == DEFAULT_FEATHER { ", the default" } else { "" };
                 return Err(Failure::option(format!(
                     "`feather` must be at most {}, the distance of the region's innermost point from its \
-                     boundary, got {}",
+                     boundary, got {}{default}",
                     Length::measured(depth, unit),
                     self.feather
                 )));

@@ -281,8 +281,9 @@ impl Shared {
         log.warnings.extend(unknown);
         let rows = self.source_rows_end(graft);
         log.warnings.extend(self.misfit_of_source(&texture, rows, &name.display().to_string()));
-        log.notes.extend(self.known.unused_fill(&texture, values, name));
+        let unused_fill = self.known.unused_fill(&texture, values, name);
         let texture = self.known.complete(texture, values, name)?;
+        log.notes.extend(unused_fill);
         let toning = self.toning(graft, &texture, formats.base, name, log)?;
         let (mut overlay, fit) = self.overlay(call, graft, texture, formats.base)?;
         if let Some(toning) = &toning {

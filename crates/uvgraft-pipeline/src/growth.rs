@@ -10,6 +10,9 @@ use crate::length::{Length, Unit};
 /// deep: shrunk by 340 mm it has more than this left, by 350 mm 0.27 %, a few triangles.
 const CRUMBS: f64 = 0.01;
 
+/// How much farther a region may grow than anything is: as much as rounding to three digits could add.
+const SLACK: f64 = 1.005;
+
 /// A region that was grown or shrunk.
 #[derive(Debug)]
 pub struct Grown {
@@ -47,7 +50,7 @@ pub fn grown(selection: &Selection, by: Growth, unit: Option<Unit>) -> Result<Gr
     if is_growing {
         let reach = selection.reach(&selection.domain().linked());
         if let (Growth::Length(by), Some(reach)) = (by, reach)
-            && by > reach
+            && by > reach * SLACK
         {
             return Err(Failure::option(format!(
                 "`grow` must be at most {}, the distance from the region to the farthest linked point; to use \
@@ -124,21 +127,21 @@ mod tests {
     #[test]
     fn shrinking_stops_before_nothing_is_left_but_shells() {
         let linked = domain().linked();
+        // The square is 3 deep, found to within a fifth of an edge, where fronts meet.
         for by in [-3.0, -3.5, -900.0, -1e9].map(Growth::Length) {
             let said = said(&linked, by);
-            assert!(
-                said.contains("nothing of the region, whose innermost point is 30mm"),
-                "{said}"
-            );
+            let wanted = "nothing of the region, whose innermost point is 2";
+            assert!(said.contains(wanted) && said.contains("mm from its boundary"), "{said}");
         }
         for by in [-4, -1000].map(Growth::Rings) {
             assert!(said(&linked, by).contains("leaves nothing of the region"), "{by:?}");
         }
-        // A square of 2 × 0.1 of one of 6.
-        let crumbs = grown(&linked, Growth::Length(-2.9), Some(Unit::M)).unwrap();
+        // At most a square of 2 × 0.15 of one of 6.
+        let depth = linked.depth().unwrap();
+        let crumbs = grown(&linked, Growth::Length(-0.95 * depth), Some(Unit::M)).unwrap();
         let warning = crumbs.warning.unwrap();
-        assert!(warning.contains("only 0.1") && warning.contains("is 3000mm from"), "{warning}");
-        for by in [Growth::Length(-1.0), Growth::Length(-2.5), Growth::Rings(-1), Growth::Rings(-2)]
+        assert!(warning.contains("leaves only 0.") && warning.contains("mm from"), "{warning}");
+        for by in [Growth::Length(-1.0), Growth::Length(-2.0), Growth::Rings(-1), Growth::Rings(-2)]
         {
             let left = grown(&linked, by, None).unwrap();
             assert_eq!(left.warning, None, "{by:?}");
@@ -152,8 +155,9 @@ mod tests {
         assert!((linked.bounded_area() - 36.0).abs() < 1e-6);
         let inner = grown(&linked, Growth::Length(-0.5), None).unwrap().selection;
         let area = inner.bounded_area();
-        assert!((area - 25.0).abs() < 0.2, "{area}");
-        assert_eq!(linked.depth(), Some(3.0));
+        assert!((area - 25.0).abs() < 0.3, "{area}");
+        let depth = linked.depth().unwrap();
+        assert!((2.6..=3.0).contains(&depth), "{depth}");
     }
 
     #[test]
@@ -164,13 +168,13 @@ mod tests {
         let ids: Vec<u32> = (0..85).filter(|&k| corner(k)).collect();
         let region = domain.vertices(Side::Target, &ids).unwrap();
         let region = region.intersection(&domain.linked()).unwrap();
-        // The opposite corner is 4 squares away on both axes.
-        for by in [6.0, 1e3, 1e9].map(Growth::Length) {
+        // The opposite corner is 4 squares away on both axes, 5.66 by a straight line.
+        for by in [6.2, 1e3, 1e9].map(Growth::Length) {
             let said = said(&region, by);
-            assert!(said.contains("must be at most 56") && said.contains("`region`"), "{said}");
+            assert!(said.contains("must be at most 5") && said.contains("`region`"), "{said}");
         }
         for by in
-            [Growth::Length(1.0), Growth::Length(5.5), Growth::Rings(1000), Growth::Length(0.0)]
+            [Growth::Length(1.0), Growth::Length(5.0), Growth::Rings(1000), Growth::Length(0.0)]
         {
             assert_eq!(grown(&region, by, None).unwrap().warning, None, "{by:?}");
         }

@@ -130,7 +130,7 @@ impl Length {
         let value = value * mesh.meters() / unit.meters();
         // Three digits will do to choose another length.
         let step = 10_f64.powf((value.abs().max(1e-9).log10() - 2.0).floor());
-        Self { value: (value / step).floor() * step, unit }
+        Self { value: (value / step).round() * step, unit }
     }
 }
 
@@ -216,11 +216,10 @@ mod tests {
         for text in ["15mm", "-1.5cm", "0.015m", "0.6in", "1000mm"] {
             assert_eq!(Length::parse(text).unwrap().to_string(), text);
         }
-        // Rounded down, so that what is shown is not refused again.
         for (value, mesh, wanted) in [
             (0.314_159, Unit::M, "314mm"),
-            (0.001_239_9, Unit::M, "1.23mm"),
-            (3.999, Unit::M, "3990mm"),
+            (0.001_239_9, Unit::M, "1.24mm"),
+            (3.999, Unit::M, "4000mm"),
             (2.5, Unit::In, "2.5in"),
             (0.0, Unit::Cm, "0mm"),
         ] {

@@ -11,6 +11,7 @@ use uvgraft_io::{vertex_groups, vertex_list};
 use crate::failure::{Blame, Failure, Result};
 use crate::growth::grown;
 use crate::length::{Length, Unit, assumption};
+use crate::masks::Uniform;
 use crate::observer::Observer;
 
 /// A region of the linked surface; all of it by default.
@@ -149,13 +150,10 @@ impl Region {
         observer: &dyn Observer,
     ) -> Result<Selection> {
         let linked = domain.linked();
-        let mut selection = match united(domain, &self.include)? {
+        let mut selection = match united(domain, &self.include, observer)? {
             Some(selection) => selection,
             None => linked.clone(),
         };
-        if !self.include.is_empty() && linked.difference(&selection).or_input()?.is_empty() {
-            observer.note("`region` has no effect: it covers everything linked");
-        }
         if let Some(grow) = self.grow {
             let by = match grow {
                 Grow::By(length) => Growth::Length(length.in_unit(unit)),
@@ -167,7 +165,7 @@ impl Region {
         }
         // Exclusions come last, so that growing does not bring them back.
         for part in &self.exclude {
-            let excluded = part_of(domain, part)?;
+            let excluded = part_of(domain, part)?.selection;
             if selection.intersection(&excluded).or_input()?.is_empty() {
                 observer.note(format_args!(
                     "`exclude` {} has no effect: outside of the region",
@@ -180,27 +178,54 @@ impl Region {
     }
 }
 
-fn united(domain: &BlendDomain, parts: &[RegionPart]) -> Result<Option<Selection>> {
+/// The union of parts, `None` without any.
+///
+/// - `observer`: receives a note if they are everything linked.
+fn united(
+    domain: &BlendDomain,
+    parts: &[RegionPart],
+    observer: &dyn Observer,
+) -> Result<Option<Selection>> {
     let mut all: Option<Selection> = None;
+    let mut is_white = false;
     for part in parts {
-        let part = part_of(domain, part)?;
+        let selected = part_of(domain, part)?;
+        is_white |= selected.is_white;
         all = Some(match all {
-            Some(all) => all.union(&part).or_input()?,
-            None => part,
+            Some(all) => all.union(&selected.selection).or_input()?,
+            None => selected.selection,
         });
+    }
+    if let Some(all) = &all
+        && (is_white || domain.linked().difference(all).or_input()?.is_empty())
+    {
+        observer.note("`region` has no effect: it covers everything linked");
     }
     Ok(all)
 }
 
-fn part_of(domain: &BlendDomain, part: &RegionPart) -> Result<Selection> {
+/// A part as a selection.
+struct Part {
+    selection: Selection,
+    /// Whether it is a mask that is white everywhere. Such a mask leaves out the triangles in corners of
+    /// the boundary, as every mask does.
+    is_white: bool,
+}
+
+impl From<Selection> for Part {
+    fn from(selection: Selection) -> Self {
+        Self { selection, is_white: false }
+    }
+}
+
+fn part_of(domain: &BlendDomain, part: &RegionPart) -> Result<Part> {
     let RegionPart { side, input, names } = part;
     let mesh = domain.mesh_of(*side);
     let vertices = mesh.positions().len();
     let extension = input.name().extension().unwrap_or_default().to_ascii_lowercase();
     let name = input;
-    let of_vertices = |ids: &[u32]| {
-        domain.vertices(*side, ids).map_err(|error| Failure::input(format!("{name}: {error}")))
-    };
+    let refused = |error| Failure::input(format!("{name}: {error}"));
+    let of_vertices = |ids: &[u32]| domain.vertices(*side, ids).map(Part::from).map_err(refused);
     match extension.to_str().unwrap_or_default() {
         "pkl" | "pickle" | "json" => {
             let groups = vertex_groups::read(input).or_input()?;
@@ -226,7 +251,8 @@ fn part_of(domain: &BlendDomain, part: &RegionPart) -> Result<Selection> {
         ))),
         extension if Format::from_extension(extension).is_some() => {
             let mask = image::read(input).or_input()?.texture;
-            domain.painted(*side, &mask).map_err(|error| Failure::input(format!("{name}: {error}")))
+            let selection = domain.painted(*side, &mask).map_err(refused)?;
+            Ok(Part { selection, is_white: Uniform::of(&mask) == Some(Uniform::White) })
         }
         "npy" | "txt" | "csv" | "" => of_vertices(&vertex_list::read(input, vertices).or_input()?),
         _ => Err(Failure::input(format!(

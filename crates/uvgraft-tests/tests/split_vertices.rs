@@ -1,5 +1,7 @@
 //! Vertex maps of meshes whose vertices a tool has split, or to which it has added some.
 
+#![expect(clippy::unwrap_used, reason = "a test that cannot set up its meshes has failed")]
+
 use std::collections::{HashMap, HashSet};
 
 use uvgraft::correspond::split_vertices::{MapUse, Numbering, link_by_vertex_map};
@@ -8,7 +10,7 @@ use uvgraft_figure::Figure;
 
 /// The mesh with a vertex for each pair of a vertex and a coordinate, in this order, and the same
 /// triangles.
-fn split(mesh: &Mesh, ordered: impl Fn(&mut Vec<(u32, u32)>)) -> Mesh {
+fn split(mesh: &Mesh, ordered: impl Fn(&mut [(u32, u32)])) -> Mesh {
     let corners = || {
         mesh.faces()
             .as_flattened()
@@ -29,17 +31,18 @@ fn split(mesh: &Mesh, ordered: impl Fn(&mut Vec<(u32, u32)>)) -> Mesh {
 }
 
 /// As Blender's and other exporters do: copies behind the vertices.
-fn appended(pairs: &mut Vec<(u32, u32)>) {
+fn appended(pairs: &mut [(u32, u32)]) {
     pairs.sort_unstable();
     let mut last = None;
     let is_first: Vec<bool> =
         pairs.iter().map(|&(vertex, _)| last.replace(vertex) != Some(vertex)).collect();
     let of = |wanted: bool| pairs.iter().zip(&is_first).filter(move |(_, it)| **it == wanted);
-    *pairs = of(true).chain(of(false)).map(|(pair, _)| *pair).collect();
+    let ordered: Vec<(u32, u32)> = of(true).chain(of(false)).map(|(pair, _)| *pair).collect();
+    pairs.copy_from_slice(&ordered);
 }
 
 /// As trimesh does: by coordinate.
-fn by_coordinate(pairs: &mut Vec<(u32, u32)>) {
+fn by_coordinate(pairs: &mut [(u32, u32)]) {
     pairs.sort_unstable_by_key(|&(vertex, uv)| (uv, vertex));
     pairs.reverse();
 }
@@ -60,7 +63,7 @@ fn figure() -> (Mesh, Mesh, Vec<i64>, usize) {
 #[test]
 fn split_vertices_are_those_that_the_map_counts() {
     let (head, body, ids, links) = figure();
-    let sorted = |pairs: &mut Vec<(u32, u32)>| pairs.sort_unstable();
+    let sorted = |pairs: &mut [(u32, u32)]| pairs.sort_unstable();
     for (source, target, wanted) in [
         (split(&head, appended), body.clone(), "the first"),
         (split(&head, sorted), body.clone(), "different places of vertices of the source mesh"),

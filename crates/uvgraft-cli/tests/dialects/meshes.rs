@@ -24,6 +24,9 @@ pub(super) struct Sheet {
     pub quads: Vec<[(u32, u32); 4]>,
 }
 
+/// Positions, coordinates and triangles.
+type Split = (Vec<[f32; 3]>, Vec<[f32; 2]>, Vec<[u32; 3]>);
+
 impl Sheet {
     pub(super) fn new() -> Self {
         let cell = |k: u32, width: u32| [k % width, k / width];
@@ -61,7 +64,7 @@ impl Sheet {
 
     /// The same with a vertex for each coordinate: positions, coordinates with the origin at the
     /// bottom left, and triangles.
-    pub(super) fn split(&self) -> (Vec<[f32; 3]>, Vec<[f32; 2]>, Vec<[u32; 3]>) {
+    pub(super) fn split(&self) -> Split {
         let mut positions = vec![[0.0; 3]; self.uv.len()];
         for &(vertex, uv) in self.quads.as_flattened() {
             positions[uv as usize] = self.positions[vertex as usize];

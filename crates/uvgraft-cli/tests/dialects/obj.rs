@@ -141,14 +141,14 @@ fn statements() -> Vec<Case> {
         with(
             "exponents",
             &Writer {
-                vertex: |at| format!("v {}", at.map(|value| format!("{:+e}", value)).join(" ")),
+                vertex: |at| format!("v {}", at.map(|value| format!("{value:+e}")).join(" ")),
                 ..Writer::PLAIN
             },
         ),
         with(
             "upper-case exponents",
             &Writer {
-                coordinate: |uv| format!("vt {}", uv.map(|value| format!("{:E}", value)).join(" ")),
+                coordinate: |uv| format!("vt {}", uv.map(|value| format!("{value:E}")).join(" ")),
                 ..Writer::PLAIN
             },
         ),

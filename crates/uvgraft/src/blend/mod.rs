@@ -72,6 +72,10 @@ const CLOTH_MARGIN: f64 = 0.065;
 /// fully as next to cloth, in multiples of the distance between the eyes: 15 mm.
 const CLOTH_FADE: f32 = 0.25;
 
+/// How much wider a feather may be than a region is deep: as much as rounding to three digits, in which
+/// people are told the depth, could add.
+const FEATHER_SLACK: f64 = 1.005;
+
 /// Options for blending a texture into the base.
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[non_exhaustive]
@@ -307,7 +311,7 @@ impl Blend {
         // A point within one edge beyond the feather has a true distance if there is any such point.
         let feather_fit = match extent::innermost(&touched, &domain, &inside) {
             _ if options.feather <= 0.0 => FeatherFit::Opaque,
-            Some(depth) if depth < options.feather => FeatherFit::TooWide { depth },
+            Some(depth) if depth * FEATHER_SLACK < options.feather => FeatherFit::TooWide { depth },
             Some(_) => FeatherFit::Opaque,
             None => FeatherFit::NoBoundary,
         };
