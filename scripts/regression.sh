@@ -391,7 +391,7 @@ regions() {
     run region/wider $region --region disc.tif --grow 12mm --mask @_mask.png -o @.png
     run region/narrower $region --region disc.tif --grow -9mm --feather 4mm --mask @_mask.png -o @.png
     run region/all_but_the_rim $region --grow -0.02m --mask @_mask.png -o @.png
-    run region/inches transfer my.uvpair face.png --onto body.png --region disc.tif --grow 1in --unit in -o @.png
+    run region/inches transfer my.uvpair face.png --onto body.png --region disc.tif --grow 0.195in --unit in -o @.png
     run region/centimetres transfer sheet.uvpair noise.tif --onto '#888' --size 90 --grow -1cm --feather 15mm --unit mm -o @.png
     run region/reverse transfer my.uvpair whole.png --onto face.png --reverse --region disc.tif --feather 8mm --unit m --mask @_mask.png -o @.png
     run region/left transfer my.uvpair noise.tif --onto darker.png --region disc.tif --grow 4cm --prefer left --overlap average --unit m -o @.png

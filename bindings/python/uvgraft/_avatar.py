@@ -211,7 +211,8 @@ def avatar(
         Where animations stand: on the recording's ground, on the avatar's own feet, or as recorded.
         By default clip.
     up : {"y", "z", "-y", "-z"}, optional
-        Up axis of the recordings; ``"-y"`` is Y down, as in the axes of a camera. By default detected.
+        Up axis of the recordings; ``"-y"`` is Y down, as in the axes of a camera. By default
+        detected.
     betas : array_like of float, shape (n,), or path, optional
         Shape coefficients, or a file with an array ``betas``.
     shape : mapping of str to float, optional

@@ -464,6 +464,8 @@ fn failed_runs_leave_nothing() {
 fn masks_that_do_not_fit() {
     let bench = dressed();
     bench.draw("wide.png", (64, 32), |x, _| [if x < 9 { 255 } else { 0 }]);
+    // The colour of skin in label pictures.
+    bench.paint("labels.png", (64, 32), Channels::Rgb, &[222, 165, 138]);
     bench.write("text.png", "no image");
     let line = "transfer plane.uvpair face.png --onto base.png --unit m";
     for (options, wanted) in [
@@ -493,8 +495,8 @@ fn masks_that_do_not_fit() {
             &["wide.png: must have the aspect ratio of the base, which is 128×128, got 64×32"],
         ),
         (
-            "--blend membrane --labels wide.png",
-            &["face.png: wide.png: must have the aspect ratio of the texture", "got 64×32"],
+            "--blend membrane --labels labels.png",
+            &["face.png: labels.png: must have the aspect ratio of the texture", "got 64×32"],
         ),
         ("--blend feather --tone source", &["--tone needs --blend membrane or --match skin"]),
         ("--tone source", &["--tone needs --blend membrane or --match skin"]),
@@ -676,8 +678,8 @@ fn changed_masks_count_where_outputs_exist() {
     vertex_map::save_npy(&source_columns(0..=1), bench.path("less.npy")).unwrap();
     vertex_map::save_npy(&source_columns(0..=3), bench.path("other.npy")).unwrap();
     let line = "transfer plane.uvpair face.png --onto base.png --unit m --source-mask known.png \
-                --fill mean.png --blend membrane --tone source --skin skin.png --region part.npy \
-                --exclude less.npy --skip-existing -o out.png";
+                --fill mean.png --blend membrane --feather 0 --tone source --skin skin.png \
+                --region part.npy --exclude less.npy --skip-existing -o out.png";
     assert_eq!(bench.succeed(line), "0 of 1 up to date\n");
     for input in
         ["known.png", "skin.png", "mean.png", "part.npy", "less.npy", "base.png", "face.png"]

@@ -396,7 +396,7 @@ fn lengths_beyond_the_region_are_refused_with_its_size() {
         ("--region half.npy --feather 21mm", &["at most 20mm", "got 21mm"]),
         (
             "--region half.npy --grow -15mm --blend feather",
-            &["at most 5mm", "got 10mm, the default"],
+            &["at most 4.9", "got 10mm, the default"],
         ),
         ("--grow -900mm", &["--grow leaves nothing of the region", "is 36.6mm from its boundary"]),
         ("--grow -1m", &["--grow leaves nothing of the region", "is 36.6mm from"]),

@@ -155,7 +155,8 @@ mod tests {
         assert!((linked.bounded_area() - 36.0).abs() < 1e-6);
         let inner = grown(&linked, Growth::Length(-0.5), None).unwrap().selection;
         let area = inner.bounded_area();
-        assert!((area - 25.0).abs() < 0.3, "{area}");
+        // Triangles in corners of the boundary have all of theirs on it.
+        assert!((23.5..=25.0).contains(&area), "{area}");
         let depth = linked.depth().unwrap();
         assert!((2.6..=3.0).contains(&depth), "{depth}");
     }

@@ -154,7 +154,7 @@ mod tests {
         let frames = Frames::new(std::slice::from_ref(&whole), None).unwrap();
         assert_eq!(frames, Frames::Folder(vec![at("a.png"), at("b.jpg")]));
         assert_eq!(frames.inputs().count(), 2);
-        let one = Frames::new(&[whole.clone()], Some(1)).unwrap();
+        let one = Frames::new(std::slice::from_ref(&whole), Some(1)).unwrap();
         assert_eq!(one.inputs().count(), 1);
         Frames::new(&[at("a.png"), whole], None).unwrap_err();
         Frames::new(&[at("a.png"), at("a.png")], None).unwrap_err();

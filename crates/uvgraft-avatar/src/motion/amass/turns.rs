@@ -151,7 +151,7 @@ impl Part {
         let columns = self.columns / self.others.len();
         let fits =
             |key: &&str| arrays.get(key).and_then(table).is_some_and(|(_, found)| found == columns);
-        if !self.others.iter().all(|key| fits(&key)) {
+        if !self.others.iter().all(fits) {
             return Ok(None);
         }
         let sides = self.others.iter().map(|&key| rows(arrays, key, frames, columns));
