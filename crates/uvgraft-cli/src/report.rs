@@ -166,15 +166,22 @@ fn found_by(method: &correspond::Method) -> String {
             }
             text
         }
-        correspond::Method::Surface(report) => format!(
-            "surfaces, aligned by {}: {:.1} % of the target's area; median distance {}, 95th \
-             percentile {} (in the source's unit); {} triangles turned over and left out",
-            report.aligned_by,
-            100.0 * report.covered,
-            significant(report.distance_median),
-            significant(report.distance_p95),
-            grouped(report.flipped),
-        ),
+        correspond::Method::Surface(report) => {
+            let mut text = format!(
+                "surfaces, aligned by {}: {:.1} % of the target's area; median distance {}, 95th \
+                 percentile {} (in the source's unit); {} triangles turned over and left out",
+                report.aligned_by,
+                100.0 * report.covered,
+                significant(report.distance_median),
+                significant(report.distance_p95),
+                grouped(report.flipped),
+            );
+            if report.worn > 0 {
+                let worn = grouped(report.worn);
+                let _ = write!(text, "; {worn} over the skin (hair, glasses, clothes) left out");
+            }
+            text
+        }
         _ => "another method".to_owned(),
     }
 }

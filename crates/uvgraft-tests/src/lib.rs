@@ -7,6 +7,7 @@ pub mod bodies;
 pub mod browser;
 pub mod clients;
 pub mod downloads;
+pub mod dressed;
 pub mod fixtures;
 pub mod gltf_transform;
 pub mod independent;

@@ -10,6 +10,7 @@ mod browser_figure;
 mod browser_looks;
 mod clients;
 mod defects;
+mod dressed;
 mod expressions;
 mod eyes_and_mouth;
 mod face_networks;

@@ -24,6 +24,20 @@ impl HeadFrame {
         Some(Self { origin: origin.to_array(), axes, unit })
     }
 
+    /// Whether another frame is that of the same head, found with other errors: upside-down faces and
+    /// napes are at least half a turn off.
+    pub(super) fn is_near(&self, other: &Self) -> bool {
+        /// Cosine between axes, 14 degrees.
+        const PARALLEL: f64 = 0.97;
+        /// In distances between the eyes.
+        const NEAR: f64 = 0.3;
+        let axis = |frame: &Self, axis: usize| DVec3::from(frame.axes[axis]);
+        let is_parallel = |k: usize| axis(self, k).dot(axis(other, k)) > PARALLEL;
+        let apart = DVec3::from(self.origin).distance(DVec3::from(other.origin));
+        let is_alike = (0.8..1.25).contains(&(self.unit / other.unit));
+        is_parallel(1) && is_parallel(2) && apart < NEAR * self.unit && is_alike
+    }
+
     /// Transforms a position from the mesh's space to the head's coordinates.
     pub fn local(&self, position: [f64; 3]) -> [f64; 3] {
         self.to_local(position.into()).to_array()

@@ -2,7 +2,7 @@
 //!
 //! [`Anatomy::find`] takes a head, a bust or a whole body in any unit and orientation. It
 //! needs no vertex indices and no training data: eyeballs (or the mesh's symmetry and the
-//! profile of a face) give a coordinate frame, a depth map of the face gives the landmarks,
+//! profile of a face, of the whole or of the skin alone) give a coordinate frame, a depth map of the face gives the landmarks,
 //! and areas are functions of position, normal and component in that frame.
 
 mod areas;
@@ -59,6 +59,27 @@ pub enum Landmark {
     /// Hollow of the neck between the collar bones, or the neck's lowest point if the mesh ends
     /// above them.
     NeckBase,
+}
+
+impl Landmark {
+    /// What it is called in messages.
+    pub(crate) const fn name(self) -> &'static str {
+        match self {
+            Self::LeftEye => "left eye",
+            Self::RightEye => "right eye",
+            Self::NoseTip => "tip of the nose",
+            Self::NoseBase => "base of the nose",
+            Self::Mouth => "mouth",
+            Self::LeftMouthCorner => "left corner of the mouth",
+            Self::RightMouthCorner => "right corner of the mouth",
+            Self::Chin => "chin",
+            Self::BrowCenter => "point between the brows",
+            Self::Crown => "crown",
+            Self::LeftEar => "left ear",
+            Self::RightEar => "right ear",
+            Self::NeckBase => "base of the neck",
+        }
+    }
 }
 
 /// An area of the surface.
@@ -184,6 +205,7 @@ pub struct Anatomy {
     frame: HeadFrame,
     landmarks: [Option<[f64; 3]>; 13],
     areas: Vec<Vec<f32>>,
+    is_skin: Vec<bool>,
 }
 
 impl Anatomy {
@@ -200,9 +222,12 @@ impl Anatomy {
         let face = Face::new(&points, &frame, &eyes, &relief);
         let areas = Areas { points: &points, face: &face, relief: &relief };
         let areas = areas.all().into_iter().map(|area| points.to_vertices(&area)).collect();
+        let is_skin = (0..mesh.positions().len() as u32)
+            .map(|vertex| points.component_of(vertex) == face.eyes.skin)
+            .collect();
         let landmarks =
             face.landmarks().map(|point| point.map(|local| frame.world(local.to_array())));
-        Ok(Self { frame, landmarks, areas })
+        Ok(Self { frame, landmarks, areas, is_skin })
     }
 
     /// The head's coordinate frame.
@@ -213,6 +238,11 @@ impl Anatomy {
     /// The position of a landmark in the mesh's space; `None` if the mesh lacks it.
     pub fn point(&self, landmark: Landmark) -> Option<[f64; 3]> {
         self.landmarks[landmark as usize]
+    }
+
+    /// `[vertices]`: whether each vertex is connected with the skin of the face.
+    pub(crate) fn skin(&self) -> &[bool] {
+        &self.is_skin
     }
 
     /// `[vertices]`: each vertex's weight for an area, `0.0..=1.0`, soft at the area's edges.

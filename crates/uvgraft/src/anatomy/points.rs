@@ -8,7 +8,7 @@ use crate::disjoint::DisjointSets;
 use crate::mesh::Mesh;
 
 /// With fewer points or triangles, no face can be detected.
-const MIN_POINTS: usize = 120;
+pub(super) const MIN_POINTS: usize = 120;
 
 /// Distinct positions of a mesh and the triangles between them.
 pub(super) struct Points {
@@ -121,7 +121,7 @@ fn components(count: usize, triangles: &[[u32; 3]]) -> (Vec<u32>, usize) {
     (component.collect(), next as usize)
 }
 
-fn bounds(positions: &[DVec3], triangles: &[[u32; 3]]) -> [DVec3; 2] {
+pub(super) fn bounds(positions: &[DVec3], triangles: &[[u32; 3]]) -> [DVec3; 2] {
     let corners = triangles.as_flattened().iter().map(|&point| positions[point as usize]);
     corners.fold([DVec3::INFINITY, DVec3::NEG_INFINITY], |[low, high], corner| {
         [low.min(corner), high.max(corner)]

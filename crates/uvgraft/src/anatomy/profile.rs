@@ -99,9 +99,15 @@ struct Guess {
 }
 
 impl Section {
-    /// Intersects the triangles within `reach` of `origin` with the plane through it normal to
-    /// `normal`.
-    pub fn new(points: &Points, origin: DVec3, normal: DVec3, reach: f64) -> Self {
+    /// Intersects the triangles of the `wanted` components within `reach` of `origin` with the plane
+    /// through it normal to `normal`.
+    pub fn new(
+        points: &Points,
+        wanted: impl Fn(u32) -> bool,
+        origin: DVec3,
+        normal: DVec3,
+        reach: f64,
+    ) -> Self {
         let first = perpendicular(normal);
         let axes = [first, normal.cross(first)];
         let heights: Vec<f64> =
@@ -110,7 +116,8 @@ impl Section {
         for &triangle in &points.triangles {
             let height = triangle.map(|point| heights[point as usize]);
             let above = height.map(|height| height >= 0.0);
-            if above[0] == above[1] && above[1] == above[2] {
+            let is_crossed = above[0] != above[1] || above[1] != above[2];
+            if !is_crossed || !wanted(points.component[triangle[0] as usize]) {
                 continue;
             }
             let corners = points.corners(triangle);

@@ -3,9 +3,9 @@
 use glam::DVec3;
 
 use super::AnatomyError;
-use super::eyes::{EyePair, SphereFit, pairs};
+use super::eyes::{EyePair, SphereFit, balls, pairs};
 use super::frame::HeadFrame;
-use super::points::Points;
+use super::points::{MIN_POINTS, Points};
 use super::profile::{FaceFit, Section};
 use super::relief::Relief;
 use super::symmetry::{MIN_MIRRORED, planes};
@@ -40,31 +40,112 @@ const ALIKE: f64 = 0.1;
 /// How much further a nose must protrude for its orientation to be taken in spite of the profile.
 const CLEARER: f64 = 1.5;
 
-/// Locates the head by the pair of eyeballs whose profile fits best, or by symmetry if no
-/// pair fits.
-pub(super) fn head(points: &Points) -> Result<Head, AnatomyError> {
-    let mut best: Option<(f64, Head)> = None;
-    for pair in pairs(points) {
-        if let Some((deviation, head)) = by_eyes(points, &pair)
-            && best.as_ref().is_none_or(|best| deviation < best.0)
-        {
-            best = Some((deviation, head));
+/// Why no face was found where nothing resembles one.
+const NO_PROFILE: &str = "no part of the outline matches the profile of a face";
+
+/// The surface in which a face is looked for.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Within {
+    All,
+    /// A component alone: beside the skin, a mesh may have hair, glasses and clothes.
+    One(u32),
+}
+
+impl Within {
+    fn has(self, component: u32) -> bool {
+        match self {
+            Self::All => true,
+            Self::One(one) => component == one,
         }
     }
-    match best {
-        Some((_, head)) => Ok(head),
-        None => by_symmetry(points),
+}
+
+/// A head, and how much its profile deviates from that of a face.
+type Candidate = (f64, Head);
+
+/// Locates the head by the pair of eyeballs whose profile fits best, or by symmetry if no pair fits:
+/// in the whole mesh, and in each component that may be the skin.
+pub(super) fn head(points: &Points) -> Result<Head, AnatomyError> {
+    let pairs = pairs(points);
+    let by_eyes = |within: Within| {
+        let found = pairs.iter().filter_map(|pair| by_eyes(points, pair, within));
+        found.min_by(|a, b| a.0.total_cmp(&b.0))
+    };
+    let whole = by_eyes(Within::All);
+    let skins = skins(points);
+    let alone = || skins.iter().filter_map(|&skin| by_eyes(Within::One(skin)));
+    let alone = alone().min_by(|a, b| a.0.total_cmp(&b.0));
+    // Where the eyes are is known, so the rest of the mesh says only which way is up.
+    if let Some(head) = better(whole, alone, |whole, _| whole) {
+        return Ok(head);
     }
+    let whole = by_symmetry(points, Within::All);
+    let alone = skins.iter().filter_map(|&skin| by_symmetry(points, Within::One(skin)).ok());
+    let alone = alone.min_by(|a, b| a.0.total_cmp(&b.0));
+    let (whole, error) = match whole {
+        Ok(whole) => (Some(whole), None),
+        Err(error) => (None, Some(error)),
+    };
+    better(whole, alone, |_, alone| alone)
+        .ok_or_else(|| error.unwrap_or(AnatomyError::NoFace { reason: NO_PROFILE }))
+}
+
+/// The head of the whole mesh, or that of a component alone where the two differ: a face's profile
+/// under hair or above a collar is taken for its own upside down.
+///
+/// - `is_near`: which one to take where they do not differ.
+fn better(
+    whole: Option<Candidate>,
+    alone: Option<Candidate>,
+    is_near: impl Fn(Head, Head) -> Head,
+) -> Option<Head> {
+    /// How much more a face in a component alone may deviate: whole outlines that were wrong deviated
+    /// by at least 1.1 times as much.
+    const PREFERRED: f64 = 1.5;
+    match (whole, alone) {
+        (Some((deviation, whole)), Some((other, alone))) => {
+            let is_same = whole.eyes.skin == alone.eyes.skin && whole.frame.is_near(&alone.frame);
+            Some(match is_same {
+                true => is_near(whole, alone),
+                false if other < PREFERRED * deviation => alone,
+                false => whole,
+            })
+        }
+        (whole, alone) => whole.or(alone).map(|(_, head)| head),
+    }
+}
+
+/// The components that may be a head's skin, those with most points, if there is more than one beside
+/// spheres.
+fn skins(points: &Points) -> Vec<u32> {
+    /// Hair may have more points than skin, but rarely in as many components.
+    const MOST: usize = 6;
+    let mut counts = vec![0usize; points.component_count];
+    points.component.iter().for_each(|&component| counts[component as usize] += 1);
+    for ball in balls(points) {
+        counts[ball.component as usize] = 0;
+    }
+    let mut skins: Vec<u32> = (0..points.component_count as u32).collect();
+    skins.retain(|&skin| counts[skin as usize] > 0);
+    if skins.len() < 2 {
+        return Vec::new();
+    }
+    skins.retain(|&skin| counts[skin as usize] >= MIN_POINTS);
+    skins.sort_by_key(|&skin| std::cmp::Reverse(counts[skin as usize]));
+    skins.truncate(MOST);
+    skins
 }
 
 /// The head around a pair of spheres: the plane between them must cut the mesh in the profile
 /// of a face. Returns the deviation from that profile with the head.
-fn by_eyes(points: &Points, pair: &EyePair) -> Option<(f64, Head)> {
+fn by_eyes(points: &Points, pair: &EyePair, within: Within) -> Option<Candidate> {
     let [a, b] = pair.spheres;
     let unit = b.center.distance(a.center);
     let normal = direction(b.center - a.center)?;
     let origin = a.center.lerp_monotonic(b.center, 0.5);
-    let [first, other] = Section::new(points, origin, normal, 4.0 * unit).around_eyes(unit);
+    let [first, other] =
+        Section::new(points, |component| within.has(component), origin, normal, 4.0 * unit)
+            .around_eyes(unit);
     let head = |found: &FaceFit| {
         if found.deviation > LARGEST_DEVIATION {
             return None;
@@ -74,7 +155,7 @@ fn by_eyes(points: &Points, pair: &EyePair) -> Option<(f64, Head)> {
         let mut centers = [frame.to_local(a.center), frame.to_local(b.center)];
         centers.sort_by(|a, b| b.x.total_cmp(&a.x));
         let is_eye = eye_components(points, &frame, centers, radius);
-        let (relief, skin) = skin_relief(points, &frame, &is_eye)?;
+        let (relief, skin) = skin_relief(points, &frame, &is_eye, within)?;
         let nose = check(&relief, 0.06).ok()?;
         let eyes = Eyes { centers, radius: Some(radius), components: is_eye, skin };
         Some((nose, Head { frame, eyes, relief }))
@@ -94,8 +175,8 @@ fn by_eyes(points: &Points, pair: &EyePair) -> Option<(f64, Head)> {
 
 /// The head of a mesh without eyeballs: the best match of a face's profile in any symmetry
 /// plane that passes the checks of the depth map.
-fn by_symmetry(points: &Points) -> Result<Head, AnatomyError> {
-    let planes = planes(points);
+fn by_symmetry(points: &Points, within: Within) -> Result<Candidate, AnatomyError> {
+    let planes = planes(points, |component| within.has(component));
     let mirrored = planes.first().map_or(0.0, |plane| plane.mirrored);
     if mirrored < MIN_MIRRORED {
         return Err(AnatomyError::NoSymmetry { found: mirrored, needed: MIN_MIRRORED });
@@ -103,14 +184,23 @@ fn by_symmetry(points: &Points) -> Result<Head, AnatomyError> {
     let mut fits: Vec<FaceFit> = planes
         .iter()
         .filter(|plane| plane.mirrored >= MIN_MIRRORED)
-        .flat_map(|plane| Section::new(points, plane.point, plane.normal, f64::INFINITY).anywhere())
+        .flat_map(|plane| {
+            Section::new(
+                points,
+                |component| within.has(component),
+                plane.point,
+                plane.normal,
+                f64::INFINITY,
+            )
+            .anywhere()
+        })
         .filter(|found| found.deviation < LARGEST_DEVIATION_WITHOUT_EYES)
         .collect();
     fits.sort_by(|a, b| a.deviation.total_cmp(&b.deviation));
-    let mut reason = "no part of the outline matches the profile of a face";
+    let mut reason = NO_PROFILE;
     for found in fits {
-        match without_eyes(points, &found) {
-            Ok(head) => return Ok(head),
+        match without_eyes(points, &found, within) {
+            Ok(head) => return Ok((found.deviation, head)),
             Err(why) => reason = why,
         }
     }
@@ -119,12 +209,12 @@ fn by_symmetry(points: &Points) -> Result<Head, AnatomyError> {
 
 /// Refines a matched profile to a head. Bulges at the eyes, if there are any, correct
 /// origin and unit, which the profile alone determines only roughly.
-fn without_eyes(points: &Points, found: &FaceFit) -> Result<Head, &'static str> {
+fn without_eyes(points: &Points, found: &FaceFit, within: Within) -> Result<Head, &'static str> {
     let nothing = vec![false; points.component_count];
     let mut frame = HeadFrame::new(found.origin, found.up, found.forward, found.unit)
         .ok_or("the outline is a single point")?;
     let mut radius = None;
-    let (relief, _) = skin_relief(points, &frame, &nothing)
+    let (relief, _) = skin_relief(points, &frame, &nothing, within)
         .ok_or("there is no surface where the face should be")?;
     let bulge = bulge(&relief).filter(|(center, _)| (center.x - 0.5).abs() < 0.06);
     if let Some((center, size)) = bulge {
@@ -133,7 +223,7 @@ fn without_eyes(points: &Points, found: &FaceFit) -> Result<Head, &'static str> 
         radius = Some(size / (2.0 * center.x));
         frame = HeadFrame { origin, unit: frame.unit * 2.0 * center.x, ..frame };
     }
-    let (relief, skin) = skin_relief(points, &frame, &nothing)
+    let (relief, skin) = skin_relief(points, &frame, &nothing, within)
         .ok_or("there is no surface where the face should be")?;
     check(&relief, 0.25)?;
     let centers = [0.5, -0.5].map(|x| DVec3::new(x, 0.0, 0.0));
@@ -188,9 +278,15 @@ fn eye_components(
 }
 
 /// The depth map of the face's skin, and the skin's component.
-fn skin_relief(points: &Points, frame: &HeadFrame, is_eye: &[bool]) -> Option<(Relief, u32)> {
+fn skin_relief(
+    points: &Points,
+    frame: &HeadFrame,
+    is_eye: &[bool],
+    within: Within,
+) -> Option<(Relief, u32)> {
     let at: Vec<DVec3> = points.positions.iter().map(|&p| frame.to_local(p)).collect();
-    let all = Relief::new(points, &at, |component| !is_eye[component as usize]);
+    let is_wanted = |component: u32| !is_eye[component as usize] && within.has(component);
+    let all = Relief::new(points, &at, is_wanted);
     let skin = all.skin(points.component_count)?;
     if all.is_all(skin) {
         return Some((all, skin));

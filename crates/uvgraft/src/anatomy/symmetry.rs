@@ -5,7 +5,7 @@ use std::collections::HashMap;
 use glam::DVec3;
 use nalgebra::{Matrix3, Vector3};
 
-use super::points::Points;
+use super::points::{Points, bounds};
 use crate::directions::direction;
 
 /// A plane through `point` at right angles to `normal`.
@@ -22,8 +22,8 @@ pub(super) const MIN_MIRRORED: f64 = 0.7;
 
 /// Candidates for symmetry planes, best first: planes through the centre normal to the mesh's axes
 /// and to its principal axes, each refined to align points with their mirror images.
-pub(super) fn planes(points: &Points) -> Vec<Plane> {
-    let cloud = Cloud::new(points);
+pub(super) fn planes(points: &Points, wanted: impl Fn(u32) -> bool) -> Vec<Plane> {
+    let cloud = Cloud::new(points, wanted);
     let mut normals = DVec3::AXES.to_vec();
     normals.extend(cloud.principal_axes());
     let mut planes: Vec<Plane> = Vec::new();
@@ -49,27 +49,35 @@ struct Cloud {
 }
 
 impl Cloud {
-    fn new(all: &Points) -> Self {
+    fn new(all: &Points, wanted: impl Fn(u32) -> bool) -> Self {
         const MAX: usize = 6_000;
-        let stride = all.positions.len().div_ceil(MAX);
-        let points: Vec<DVec3> = all.positions.iter().step_by(stride).copied().collect();
-        let cell = all.diagonal() * 0.015;
+        let wanted = |point: u32| wanted(all.component[point as usize]);
+        let points: Vec<DVec3> = (0..)
+            .zip(&all.positions)
+            .filter_map(|(point, &position)| wanted(point).then_some(position))
+            .collect();
+        let stride = points.len().div_ceil(MAX).max(1);
+        let points: Vec<DVec3> = points.into_iter().step_by(stride).collect();
+        let triangles: Vec<[u32; 3]> =
+            all.triangles.iter().filter(|triangle| wanted(triangle[0])).copied().collect();
+        let [low, high] = bounds(&all.positions, &triangles);
+        let cell = high.distance(low) * 0.015;
         let mut cells: HashMap<[i32; 3], Vec<u32>> = HashMap::new();
         for (index, point) in (0..).zip(&points) {
             cells.entry(cell_of(*point, cell)).or_default().push(index);
         }
         // Weighted by area, or a head with many small triangles would outweigh the rest.
         let (mut area, mut center, mut matrix) = (0.0, DVec3::ZERO, Matrix3::zeros());
-        for &triangle in all.triangles.iter().step_by(all.triangles.len().div_ceil(40_000)) {
+        for &triangle in triangles.iter().step_by(triangles.len().div_ceil(40_000).max(1)) {
             let [a, b, c] = all.corners(triangle);
             let weight = (b - a).cross(c - a).length();
             let middle = (a + b + c) / 3.0;
             area += weight;
             center += middle * weight;
-            matrix += squared(middle - all.bounds[0]) * weight;
+            matrix += squared(middle - low) * weight;
         }
         let center = center / area.max(f64::MIN_POSITIVE);
-        let matrix = matrix / area.max(f64::MIN_POSITIVE) - squared(center - all.bounds[0]);
+        let matrix = matrix / area.max(f64::MIN_POSITIVE) - squared(center - low);
         Self { points, cells, cell, center, matrix }
     }
 

@@ -5,7 +5,8 @@ use glam::{DMat3, DVec3};
 use super::kinds::Kind;
 use super::register::Goal;
 use super::shape::Shape;
-use crate::anatomy::{Anatomy, AnatomyError, HeadFrame, Landmark};
+use super::worn::worn;
+use crate::anatomy::{self, Anatomy, AnatomyError, HeadFrame, Landmark};
 use crate::correspond::similarity::{Similarity, median};
 use crate::mesh::Mesh;
 use crate::threads::map_indices;
@@ -16,7 +17,7 @@ const ON_SKIN: [Landmark; 3] =
     [Landmark::NoseBase, Landmark::LeftMouthCorner, Landmark::RightMouthCorner];
 
 /// Landmarks that decide the alignment: rigid parts of the skull, and the eyes.
-const STEADY: [Landmark; 7] = [
+pub(super) const STEADY: [Landmark; 7] = [
     Landmark::LeftEye,
     Landmark::RightEye,
     Landmark::NoseTip,
@@ -42,8 +43,21 @@ impl Heads {
         Ok(Self { target, source })
     }
 
+    /// The target's triangles that it wears over the skin, if the source wears nothing: nothing of the
+    /// source belongs there. Empty otherwise.
+    ///
+    /// - `meshes`, `shapes`: source and target.
+    pub fn worn(&self, meshes: [&Mesh; 2], shapes: [&Shape; 2]) -> Vec<bool> {
+        let worn = |side: usize, head: &Anatomy| {
+            worn(meshes[side], shapes[side], head, &anatomy::balls(meshes[side]))
+        };
+        let of_target = worn(1, &self.target);
+        let is_alone = of_target.contains(&true) && !worn(0, &self.source).contains(&true);
+        if is_alone { of_target } else { Vec::new() }
+    }
+
     /// The places of landmarks that both heads have, target first.
-    fn common(&self, landmarks: &[Landmark]) -> Vec<[DVec3; 2]> {
+    pub fn common(&self, landmarks: &[Landmark]) -> Vec<[DVec3; 2]> {
         let both = |&landmark: &Landmark| {
             let [target, source] = [&self.target, &self.source].map(|head| head.point(landmark));
             Some([DVec3::from(target?), DVec3::from(source?)])

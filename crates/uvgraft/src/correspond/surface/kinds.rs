@@ -88,16 +88,18 @@ impl BallMove {
 
 impl Kinds {
     /// - `shapes`, `balls`: source and aligned target.
+    /// - `worn`: the target's triangles that belong nowhere and hide nothing; of all or of none.
     /// - `to_shape`: from the source's space to the shapes'.
     /// - `aligned`: from the target's space to the source's.
     pub fn new(
         shapes: [&Shape; 2],
         balls: [Vec<Ball>; 2],
+        worn: &[bool],
         to_shape: impl Fn(DVec3) -> DVec3,
         aligned: &Similarity,
         unit: f64,
     ) -> Self {
-        let [mut source, mut target] = shapes.map(Side::new);
+        let [mut source, mut target] = [Side::new(shapes[0], &[]), Side::new(shapes[1], worn)];
         let [source_balls, mut target_balls] = balls;
         for ball in &mut target_balls {
             ball.center = to_shape(aligned.apply(ball.center));
@@ -126,13 +128,19 @@ struct Side<'a> {
 }
 
 impl<'a> Side<'a> {
-    /// All skin.
-    fn new(shape: &'a Shape) -> Self {
+    /// All skin, except what is worn.
+    fn new(shape: &'a Shape, worn: &[bool]) -> Self {
         let (tree, normals) = (shape.tree(), shape.face_normals());
-        let kinds = exposures(shape, &tree, &normals)
-            .into_iter()
-            .map(|exposure| Kind { ball: Kind::SKIN, exposure })
-            .collect();
+        let exposures = if worn.contains(&true) {
+            exposures(shape, &shape.without(worn).tree(), &normals)
+        } else {
+            exposures(shape, &tree, &normals)
+        };
+        let mut kinds: Vec<Kind> =
+            exposures.into_iter().map(|exposure| Kind { ball: Kind::SKIN, exposure }).collect();
+        for (kind, _) in kinds.iter_mut().zip(worn).filter(|(_, is_worn)| **is_worn) {
+            *kind = kind.alone();
+        }
         Self { shape, tree, normals, kinds }
     }
 
@@ -301,7 +309,7 @@ mod tests {
         let faces = ball.faces.clone();
         let aligned = Similarity::IDENTITY;
         let kinds =
-            Kinds::new([skin, &shape], [Vec::new(), vec![ball]], |point| point, &aligned, 1.0);
+            Kinds::new([skin, &shape], [Vec::new(), vec![ball]], &[], |point| point, &aligned, 1.0);
         assert!(kinds.moves.is_empty());
         let kind_of = |least: f64, most: f64| {
             let mut there = faces.iter().map(|&face| face as usize).filter(|&triangle| {

@@ -4,12 +4,14 @@
 //! surface, and the two surfaces are laid over each other exactly.
 
 mod align;
+mod check;
 pub(crate) mod equations;
 mod kinds;
 mod overlay;
 mod placed;
 mod register;
 pub(crate) mod shape;
+mod worn;
 
 use glam::DVec3;
 
@@ -19,8 +21,9 @@ use self::kinds::Kinds;
 pub(super) use self::placed::placed;
 use self::register::{Anchors, Goal};
 use self::shape::Shape;
+use self::worn::component_count;
 use super::similarity::{Similarity, median};
-use crate::anatomy::{self, AnatomyError};
+use crate::anatomy::{self, AnatomyError, Landmark};
 use crate::mesh::Mesh;
 use crate::piece::Piece;
 use crate::surface::Surface;
@@ -110,6 +113,30 @@ pub enum SurfaceError {
         /// `"source"` or `"target"`.
         side: &'static str,
     },
+    /// What lies on the face of the source was turned too much to be a face.
+    #[error(
+        "the target does not fit the source: what lies on the source's face is turned by {degrees:.0}° in \
+         the median, must be at most {most:.0}°; give landmarks, or meshes without hair and clothes"
+    )]
+    Turned {
+        /// The median angle.
+        degrees: f64,
+        /// The largest accepted.
+        most: f64,
+    },
+    /// Landmarks of both heads that lie apart.
+    #[error(
+        "the target does not fit the source: the {} of its head lies {apart:.1} distances between the \
+         eyes from that of the source, must be at most {most:.1}", landmark.name()
+    )]
+    Apart {
+        /// The landmark.
+        landmark: Landmark,
+        /// The distance, in distances between the source's eyes.
+        apart: f64,
+        /// The largest accepted.
+        most: f64,
+    },
     /// Nothing of the registered target is near the source.
     #[error("no part of the target lies on the source after registration")]
     Nothing,
@@ -132,6 +159,9 @@ pub struct SurfaceReport {
     /// Triangles that are seen from outside, are near the source and were turned over by registration.
     /// They are not linked.
     pub flipped: usize,
+    /// Triangles of components over the skin of the target's head, such as hair, glasses and clothes,
+    /// where the source wears nothing. They are not linked.
+    pub worn: usize,
     /// Share of the target's area with a counterpart.
     pub covered: f64,
     /// The registered target: its vertices' positions in the source's space.
@@ -160,7 +190,8 @@ pub(super) fn pieces(
     let aligned = placement.transform;
     let mut rest = Shape::new(&surfaces[1], |point| to_unit(aligned.apply(point)));
     let balls = [source, target].map(anatomy::balls);
-    let mut kinds = Kinds::new([&goal.shape, &rest], balls, to_unit, &aligned, unit);
+    let worn = &placement.worn;
+    let mut kinds = Kinds::new([&goal.shape, &rest], balls, worn, to_unit, &aligned, unit);
     goal.kinds = kinds.source;
     if !placement.is_exact {
         kinds.moves.iter().for_each(|ball| ball.apply(&mut rest));
@@ -187,6 +218,9 @@ pub(super) fn pieces(
     if laid.pieces.is_empty() {
         return Err(SurfaceError::Nothing);
     }
+    if !placement.is_exact {
+        check::check(source, &placement, &rest, &registered, &laid, to_unit)?;
+    }
     let report = report(&placement, &registered, &laid, flipped, target, &surfaces[1]);
     Ok((laid.pieces, report))
 }
@@ -205,6 +239,13 @@ struct Placement {
     landmarks: Vec<[DVec3; 2]>,
     /// Whether the surfaces are the same already.
     is_exact: bool,
+    /// The heads, if they were looked for.
+    heads: Option<Heads>,
+    /// Whether the heads aligned the meshes.
+    are_heads_certain: bool,
+    /// The target's triangles over the skin of its head, where the source has none over its; of all or
+    /// of none.
+    worn: Vec<bool>,
 }
 
 fn place(
@@ -224,6 +265,10 @@ fn place(
     let mut given = landmarks(source, target, &options.landmarks)?;
     let position = |at: [f32; 3]| glam::Vec3::from(at).as_dvec3();
     given.extend(options.places.iter().map(|&[from, to]| [position(to), position(from)]));
+    let worn = |heads: &Option<Heads>| {
+        let of = |heads: &Heads| heads.worn([source, target], [&goal.shape, &target_shape]);
+        heads.as_ref().map_or_else(Vec::new, of)
+    };
     if !given.is_empty() {
         let weights = vec![1.0; given.len()];
         let transform = match options.align {
@@ -232,13 +277,23 @@ fn place(
                 .ok_or(SurfaceError::Landmarks { count: given.len() })?,
         };
         let heads = Heads::find(source, target).ok();
-        let unit = heads.map_or(whole, |heads| heads.source.frame().unit * HEAD_PER_EYES);
-        let landmarks = given;
-        let aligned_by = "landmarks";
-        return Ok(Placement { aligned_by, transform, center, unit, landmarks, is_exact: false });
+        let unit = heads.as_ref().map_or(whole, |it| it.source.frame().unit * HEAD_PER_EYES);
+        return Ok(Placement {
+            aligned_by: "landmarks",
+            transform,
+            center,
+            unit,
+            landmarks: given,
+            is_exact: false,
+            worn: worn(&heads),
+            heads,
+            are_heads_certain: false,
+        });
     }
     let closeness = closeness(&target_shape, &goal, whole);
     if options.align == Align::None || closeness < SAME {
+        let may_wear = component_count(&target_shape) > component_count(&goal.shape);
+        let heads = if may_wear { Heads::find(source, target).ok() } else { None };
         return Ok(Placement {
             aligned_by: "positions",
             transform: Similarity::IDENTITY,
@@ -246,25 +301,39 @@ fn place(
             unit: whole,
             landmarks: Vec::new(),
             is_exact: closeness < SAME / 4.0,
+            worn: worn(&heads),
+            heads,
+            are_heads_certain: false,
         });
     }
     let heads = Heads::find(source, target)
         .map_err(|(side, reason)| SurfaceError::NoAlignment { side, reason })?;
     let unit = heads.source.frame().unit * HEAD_PER_EYES;
     let center = DVec3::from(heads.source.frame().origin);
+    let worn = heads.worn([source, target], [&goal.shape, &target_shape]);
+    let skin = if worn.is_empty() { target_shape } else { target_shape.without(&worn) };
     let start = heads.alignment(scales).ok_or(SurfaceError::Landmarks { count: 0 })?;
-    let found = align::refine(start, &target_shape, &goal, unit, scales);
+    let found = align::refine(start, &skin, &goal, unit, scales);
     // Eyeballs tell which way is up.
     let is_certain = [source, target].into_iter().all(|mesh| !anatomy::balls(mesh).is_empty());
     let opposite = if is_certain {
         None
     } else {
-        align::opposite(found, &target_shape, &goal, heads.source.frame(), scales)
+        align::opposite(found, &skin, &goal, heads.source.frame(), scales)
     };
     // Those of a face that was found upside down are wrong.
     let landmarks = if opposite.is_some() { Vec::new() } else { heads.on_skin() };
-    let transform = opposite.unwrap_or(found);
-    Ok(Placement { aligned_by: "heads", transform, center, unit, landmarks, is_exact: false })
+    Ok(Placement {
+        aligned_by: "heads",
+        transform: opposite.unwrap_or(found),
+        center,
+        unit,
+        landmarks,
+        is_exact: false,
+        heads: Some(heads),
+        are_heads_certain: opposite.is_none(),
+        worn,
+    })
 }
 
 /// The median distance of the target's points from the source as they are, relative to its size.
@@ -340,6 +409,7 @@ fn report(
         distance_median: at(0.5),
         distance_p95: at(0.95),
         flipped,
+        worn: placement.worn.iter().filter(|is_worn| **is_worn).count(),
         covered: share_of_area(surface, &laid.covered),
         registered: points,
     }

@@ -21,6 +21,25 @@ impl Shape {
         }
     }
 
+    /// The triangles that are not left out, and the points that these have.
+    ///
+    /// - `left_out`: as many as triangles.
+    pub fn without(&self, left_out: &[bool]) -> Self {
+        let mut number = vec![u32::MAX; self.points.len()];
+        let mut shape = Self { points: Vec::new(), triangles: Vec::new() };
+        for (points, _) in self.triangles.iter().zip(left_out).filter(|(_, is_out)| !**is_out) {
+            shape.triangles.push(points.map(|point| {
+                let number = &mut number[point as usize];
+                if *number == u32::MAX {
+                    *number = shape.points.len() as u32;
+                    shape.points.push(self.points[point as usize]);
+                }
+                *number
+            }));
+        }
+        shape
+    }
+
     pub fn corners(&self, triangle: usize) -> [DVec3; 3] {
         self.triangles[triangle].map(|point| self.points[point as usize])
     }
