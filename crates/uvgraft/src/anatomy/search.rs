@@ -93,11 +93,11 @@ pub(super) fn head(points: &Points) -> Result<Head, AnatomyError> {
 /// The head of the whole mesh, or that of a component alone where the two differ: a face's profile
 /// under hair or above a collar is taken for its own upside down.
 ///
-/// - `is_near`: which one to take where they do not differ.
+/// - `choose`: takes one of them where they do not differ.
 fn better(
     whole: Option<Candidate>,
     alone: Option<Candidate>,
-    is_near: impl Fn(Head, Head) -> Head,
+    choose: impl Fn(Head, Head) -> Head,
 ) -> Option<Head> {
     /// How much more a face in a component alone may deviate: whole outlines that were wrong deviated
     /// by at least 1.1 times as much.
@@ -105,10 +105,12 @@ fn better(
     match (whole, alone) {
         (Some((deviation, whole)), Some((other, alone))) => {
             let is_same = whole.eyes.skin == alone.eyes.skin && whole.frame.is_near(&alone.frame);
-            Some(match is_same {
-                true => is_near(whole, alone),
-                false if other < PREFERRED * deviation => alone,
-                false => whole,
+            Some(if is_same {
+                choose(whole, alone)
+            } else if other < PREFERRED * deviation {
+                alone
+            } else {
+                whole
             })
         }
         (whole, alone) => whole.or(alone).map(|(_, head)| head),

@@ -265,9 +265,9 @@ fn place(
     let mut given = landmarks(source, target, &options.landmarks)?;
     let position = |at: [f32; 3]| glam::Vec3::from(at).as_dvec3();
     given.extend(options.places.iter().map(|&[from, to]| [position(to), position(from)]));
-    let worn = |heads: &Option<Heads>| {
+    let worn = |heads: Option<&Heads>| {
         let of = |heads: &Heads| heads.worn([source, target], [&goal.shape, &target_shape]);
-        heads.as_ref().map_or_else(Vec::new, of)
+        heads.map_or_else(Vec::new, of)
     };
     if !given.is_empty() {
         let weights = vec![1.0; given.len()];
@@ -285,7 +285,7 @@ fn place(
             unit,
             landmarks: given,
             is_exact: false,
-            worn: worn(&heads),
+            worn: worn(heads.as_ref()),
             heads,
             are_heads_certain: false,
         });
@@ -301,7 +301,7 @@ fn place(
             unit: whole,
             landmarks: Vec::new(),
             is_exact: closeness < SAME / 4.0,
-            worn: worn(&heads),
+            worn: worn(heads.as_ref()),
             heads,
             are_heads_certain: false,
         });
@@ -310,7 +310,7 @@ fn place(
         .map_err(|(side, reason)| SurfaceError::NoAlignment { side, reason })?;
     let unit = heads.source.frame().unit * HEAD_PER_EYES;
     let center = DVec3::from(heads.source.frame().origin);
-    let worn = heads.worn([source, target], [&goal.shape, &target_shape]);
+    let worn = worn(Some(&heads));
     let skin = if worn.is_empty() { target_shape } else { target_shape.without(&worn) };
     let start = heads.alignment(scales).ok_or(SurfaceError::Landmarks { count: 0 })?;
     let found = align::refine(start, &skin, &goal, unit, scales);

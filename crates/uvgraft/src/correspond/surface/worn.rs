@@ -23,16 +23,23 @@ pub(super) fn worn(mesh: &Mesh, shape: &Shape, anatomy: &Anatomy, balls: &[Ball]
     let skin: Vec<usize> = (0..is_worn.len()).filter(|&triangle| is_skin(triangle)).collect();
     let below = Below::new(shape, &skin);
     for component in components(shape, &is_other) {
-        let is_ear = |&&triangle: &&usize| {
-            mesh.faces()[triangle].iter().any(|&at| anatomy.area(Area::Ears)[at as usize] > 0.5)
-        };
-        if 2 * component.iter().filter(is_ear).count() <= component.len()
-            && below.is_below(shape, &component)
-        {
+        if !is_ear(mesh, &component, anatomy) && below.is_below(shape, &component) {
             component.into_iter().for_each(|triangle| is_worn[triangle] = true);
         }
     }
     is_worn
+}
+
+/// Whether a component is an ear, and no strand of hair beside it.
+fn is_ear(mesh: &Mesh, component: &[usize], anatomy: &Anatomy) -> bool {
+    /// Strands have up to about 40 triangles, and modelled ears a few hundred.
+    const LEAST: usize = 60;
+    let weights = anatomy.area(Area::Ears);
+    let is_there = |&&triangle: &&usize| {
+        mesh.faces()[triangle].iter().any(|&vertex| weights[vertex as usize] > 0.5)
+    };
+    let there = component.iter().filter(is_there).count();
+    component.len() >= LEAST && 2 * there > component.len()
 }
 
 /// Whether a ball is an eyeball: caps of hair, buns and earrings are balls as well.
