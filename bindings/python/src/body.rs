@@ -13,7 +13,7 @@ use uvgraft_io::model_mesh;
 
 use crate::arguments::chosen_from;
 use crate::arrays::{numbers, shape_text, shaped};
-use crate::error::{bad_value, failed, of_reading, warn};
+use crate::error::{bad_value, failed, of_reading, warn_caller};
 use crate::mesh::Mesh;
 use crate::threads;
 
@@ -104,7 +104,8 @@ impl BodyModel {
         })?;
         let (file, layout) = read.map_err(of_reading)?;
         if let Some(why) = file.model.correctives_left_out() {
-            warn(py, &format!("{}: pose correctives are left out: {why}", path.display()))?;
+            let text = format!("{}: pose correctives are left out: {why}", path.display());
+            warn_caller(py, vec![text])?;
         }
         let rest = file.model.shaped(&Shape::default()).map_err(failed)?;
         let joints = rest.skeleton().joints().iter();

@@ -59,7 +59,7 @@ impl UvReading {
         let changed = before - count_outside(&mesh);
         let triangles = if changed == 1 { "triangle" } else { "triangles" };
         let changed = grouped(changed);
-        observer.note(&format!("{name}: {changed} {triangles} {what} the unit square"));
+        observer.note(format!("{name}: {changed} {triangles} {what} the unit square"));
         LoadedMesh { mesh, name, without_uv }
     }
 }
@@ -82,12 +82,12 @@ pub fn remark(
         if others.is_loss() { observer.warn(&text) } else { observer.note(&text) }
     }
     if let Some(mirroring) = pair.mirroring() {
-        observer.warn(&mirroring.text(names));
+        observer.warn(mirroring.text(names));
     }
     let linked = [Direction::Reverse, Direction::Forward].map(|to| pair.linked_share(to));
     if linked.iter().all(|&share| share < FEW) {
         let [source, target] = linked.map(|share| format!("{:.2} %", 100.0 * share));
-        observer.warn(&format!(
+        observer.warn(format!(
             "only {source} of the area of {} and {target} of that of {} are linked; do they show the \
              same thing?",
             names[0], names[1]

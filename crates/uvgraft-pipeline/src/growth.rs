@@ -65,8 +65,7 @@ pub fn grown(selection: &Selection, by: Growth, unit: Option<Unit>) -> Result<Gr
         Growth::Length(by) if -by >= depth => 0.0,
         _ => selection_left.bounded_area() / selection.bounded_area(),
     };
-    // NaN if the region has no area.
-    if !(left > 0.0) {
+    if left.is_nan() || left <= 0.0 {
         return Err(Failure::option(format!(
             "`grow` leaves nothing of the region, whose innermost point is {} from its boundary",
             shown(depth)

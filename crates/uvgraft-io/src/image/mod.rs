@@ -103,7 +103,7 @@ impl From<Image> for Cow<'_, Texture> {
 }
 
 /// Encoding options.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 #[non_exhaustive]
 pub struct WriteOptions {
     /// Whether to spend seconds on smaller files instead of fractions of a second: PNG, TIFF and
@@ -156,12 +156,6 @@ pub enum Unused {
     /// [`WriteOptions::compress`] for JPEG and WebP files alone.
     #[error("`compress` is for PNG, TIFF and EXR files only")]
     Compress,
-}
-
-impl Default for WriteOptions {
-    fn default() -> Self {
-        Self { compress: false, jpeg_quality: None }
-    }
 }
 
 /// The result of writing an image.

@@ -81,9 +81,11 @@ impl Pair {
                 *sum += value * source_area.signum();
             }
         }
+        if total == 0.0 {
+            return None;
+        }
         let share = mirrored / total;
-        // NaN without any area.
-        if !(share >= Mirroring::LEAST) {
+        if share < Mirroring::LEAST {
             return None;
         }
         let [uu, uv, vu, vv] = jacobian;
