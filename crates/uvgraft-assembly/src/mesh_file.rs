@@ -146,15 +146,16 @@ fn load(file: &MeshFile) -> Result<TexturedMesh> {
     if !kind.is_file() && !kind.is_dir() {
         return from_bytes(file);
     }
+    let part = |mesh| part(mesh, file).map_err(|failure| failure.context(&file.file));
     // A folder is refused where files are read.
     let format = if kind.is_dir() { Format::Obj } else { Format::of(path).map_err(named)? };
     match format {
         Format::Gltf => load_mesh(path, &file.choice())
             .map_err(|error| told(error, |reason| with_hint(reason, file))),
-        Format::Ply => part(ply::read(path).or_input()?, file),
+        Format::Ply => part(ply::read(path).or_input()?),
         Format::Model if file.is_head() => model_mesh::read_head(path).or_input().map(whole),
-        Format::Model => part(whole(model_mesh::read(path).or_input()?), file),
-        Format::Obj => part(obj::read_textured(path).map_err(|error| told(error, foreign))?, file),
+        Format::Model => part(whole(model_mesh::read(path).or_input()?)),
+        Format::Obj => part(obj::read_textured(path).map_err(|error| told(error, foreign))?),
     }
 }
 
@@ -261,7 +262,6 @@ fn part(found: TexturedMesh, file: &MeshFile) -> Result<TexturedMesh> {
         |part, name| part.group == name || part.group.split_whitespace().any(|word| word == name),
         |part, name| part.material == name,
     ];
-    let path = &file.file;
     let bare = &without_uv.parts;
     let Some(kind) =
         kinds.into_iter().find(|kind| mesh.parts().iter().chain(bare).any(|p| kind(p, name)))
@@ -271,7 +271,7 @@ fn part(found: TexturedMesh, file: &MeshFile) -> Result<TexturedMesh> {
             _ => "",
         };
         return Err(Failure::input(format!(
-            "{path}: no object, group or material is named {:?}{hint}; {}",
+            "no object, group or material is named {:?}{hint}; {}",
             shortened(name),
             known(&mesh.parts().iter().chain(bare))
         )));
@@ -279,10 +279,10 @@ fn part(found: TexturedMesh, file: &MeshFile) -> Result<TexturedMesh> {
     let is_kept = |part: &MeshPart| kind(part, name);
     if !mesh.parts().iter().any(is_kept) {
         let name = shortened(name);
-        return Err(Failure::input(format!("{path}: no polygon of {name:?} has UV coordinates")));
+        return Err(Failure::input(format!("no polygon of {name:?} has UV coordinates")));
     }
     let without_uv = without_uv.only_parts(is_kept);
-    let mesh = mesh.only_parts(is_kept).or_input().map_err(|failure| failure.context(path))?;
+    let mesh = mesh.only_parts(is_kept).or_input()?;
     Ok(TexturedMesh { mesh, without_uv })
 }
 

@@ -519,8 +519,9 @@ fn masks_that_do_not_fit() {
         bench.refuse(&format!("{line} {options} -o out.png"), wanted);
     }
     // Rounding to whole texels does not count as another shape, but other sizes do.
-    bench.paint("near.png", (63, 64), Channels::Grey, &[255]);
-    bench.paint("half.png", (32, 32), Channels::Grey, &[255]);
+    let left = |x, _| [if x < 20 { 255 } else { 0 }];
+    bench.draw("near.png", (63, 64), left);
+    bench.draw("half.png", (32, 32), left);
     for mask in ["near.png", "half.png"] {
         transfer(&bench, &format!("face.png --onto base.png --source-mask {mask}"));
     }

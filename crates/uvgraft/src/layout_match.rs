@@ -20,16 +20,51 @@ const GRID: u32 = 96;
 const MAX_SEAMS: usize = 1024;
 
 /// How far inside its triangle a seam is sampled, as a share of the distance from the edge to the third
-/// corner: enough to be clear of the background.
+/// corner: enough to be clear of a blurred border.
 const INSIDE: f32 = 0.15;
+
+/// The same in texels: the centre of the texel that is looked at is inside, too.
+const INSIDE_TEXELS: f32 = 0.75;
+
+/// The largest share, that of the centroid.
+const DEEPEST: f32 = 1.0 / 3.0;
 
 /// The places of a layout that tell whether a picture was made for it.
 #[derive(Debug, Clone)]
 pub struct LayoutPoints {
     /// `[GRID²]`, row by row: whether an island covers the point.
     is_covered: Vec<bool>,
-    /// UV coordinates on both sides of seam edges.
-    seams: Vec<[[f32; 2]; 2]>,
+    /// Both sides of seam edges.
+    seams: Vec<[SeamSide; 2]>,
+}
+
+/// A triangle beside a seam, in UV coordinates.
+#[derive(Debug, Clone, Copy)]
+struct SeamSide {
+    edge: [[f32; 2]; 2],
+    /// The corner that is not on the seam.
+    third: [f32; 2],
+}
+
+impl SeamSide {
+    /// The texel to look at, as row and column: beside the middle of the edge. `None` if the triangle is
+    /// too small for a texel that is inside.
+    fn texel(&self, size: Size) -> Option<(u32, u32)> {
+        let scale = [size.width as f32, size.height as f32];
+        let [a, b, third] =
+            [self.edge[0], self.edge[1], self.third].map(|[u, v]| [u * scale[0], v * scale[1]]);
+        let [along, up] = [b, third].map(|to| [to[0] - a[0], to[1] - a[1]]);
+        let height = (along[0] * up[1] - along[1] * up[0]).abs() / along[0].hypot(along[1]);
+        if height.is_nan() || DEEPEST * height < INSIDE_TEXELS {
+            return None;
+        }
+        let share = INSIDE.max(INSIDE_TEXELS / height);
+        let [x, y] = [0, 1].map(|k| {
+            let middle = (a[k] + b[k]) / 2.0;
+            middle + share * (third[k] - middle)
+        });
+        Some(((y as u32).min(size.height - 1), (x as u32).min(size.width - 1)))
+    }
 }
 
 impl LayoutPoints {
@@ -49,26 +84,19 @@ impl LayoutPoints {
             let is_inside = |half: u32| !mesh.is_outside(half as usize / 3);
             a != b && edge.halves.into_iter().all(is_inside)
         });
-        let seams: Vec<[[f32; 2]; 2]> = seams
+        let seams: Vec<[SeamSide; 2]> = seams
             .map(|edge| {
-                let [a, b] = edge.uv(mesh);
-                let thirds = edge
-                    .halves
-                    .map(|half| mesh.uv_triangle(half as usize / 3)[(half as usize % 3 + 2) % 3]);
-                [inside(a, thirds[0]), inside(b, thirds[1])]
+                let uv = edge.uv(mesh);
+                [0, 1].map(|side| {
+                    let half = edge.halves[side] as usize;
+                    let third = mesh.uv_triangle(half / 3)[(half % 3 + 2) % 3];
+                    SeamSide { edge: uv[side], third }
+                })
             })
             .collect();
         let step = seams.len().div_ceil(MAX_SEAMS).max(1);
         Self { is_covered, seams: seams.into_iter().step_by(step).collect() }
     }
-}
-
-/// The middle of an edge, a little inside its triangle.
-fn inside([a, b]: [[f32; 2]; 2], third: [f32; 2]) -> [f32; 2] {
-    [0, 1].map(|k| {
-        let middle = (a[k] + b[k]) / 2.0;
-        middle + INSIDE * (third[k] - middle)
-    })
 }
 
 /// How well a picture fits a layout.
@@ -195,20 +223,21 @@ impl<'a> LayoutProbe<'a> {
     /// - `layouts`: the one that the picture should have, and another that it may have been made for.
     /// - `size`: of the picture.
     pub fn new(layouts: [&'a LayoutPoints; 2], size: Size) -> Self {
-        let grid = (0..GRID * GRID)
-            .map(|point| [point % GRID, point / GRID].map(|at| (at as f32 + 0.5) / GRID as f32));
-        let seams =
-            layouts.into_iter().flat_map(|points| points.seams.as_flattened().iter().copied());
+        let grid = (0..GRID * GRID).map(|point| {
+            let at = |index: u32, side: u32| {
+                (((index as f32 + 0.5) / GRID as f32 * side as f32) as u32).min(side - 1)
+            };
+            Some((at(point / GRID, size.height), at(point % GRID, size.width)))
+        });
+        let seams = layouts.into_iter().flat_map(|points| points.seams.as_flattened());
         let mut places: Vec<(u32, u32, u32)> = grid
-            .chain(seams)
+            .chain(seams.map(|side| side.texel(size)))
             .zip(0..)
-            .map(|([u, v], slot)| {
-                let at = |value: f32, side: u32| ((value * side as f32) as u32).min(side - 1);
-                (at(v, size.height), at(u, size.width), slot)
-            })
+            .filter_map(|(texel, slot)| texel.map(|(row, column)| (row, column, slot)))
             .collect();
         places.sort_unstable();
-        let colors = vec![[f32::NAN; 4]; places.len()];
+        let slots = (GRID * GRID) as usize + 2 * (layouts[0].seams.len() + layouts[1].seams.len());
+        let colors = vec![[f32::NAN; 4]; slots];
         Self { layouts, size, places, next: 0, colors }
     }
 

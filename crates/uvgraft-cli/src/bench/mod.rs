@@ -55,7 +55,7 @@ pub(crate) struct Args {
     /// Benchmark both directions
     #[arg(long, conflicts_with = "reverse")]
     both: bool,
-    /// Interpolation filters to benchmark, comma-separated [default: bilinear,catmull-rom,lanczos3]
+    /// Interpolation filters to benchmark, comma-separated [default: all but nearest]
     #[arg(long, value_parser = choice::<Filter>(), value_delimiter = ',', value_name = "FILTER,...")]
     filter: Vec<Filter>,
     /// Stages to benchmark, comma-separated [default: all]

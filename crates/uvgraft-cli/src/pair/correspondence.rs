@@ -7,7 +7,7 @@ use uvgraft::correspond::split_vertices::{MapLinks, MapUse, link_by_vertex_map};
 use uvgraft::correspond::surface::Align;
 use uvgraft::correspond::{self, By, FindOptions};
 use uvgraft::pair::OtherLayouts;
-use uvgraft::{Choice, Mesh, Pair};
+use uvgraft::{Choice, LinkError, Mesh, Pair};
 use uvgraft_io::{obj, vertex_map};
 use uvgraft_pipeline::Failure;
 
@@ -156,7 +156,11 @@ impl Options {
         if let Some(path) = &self.vertex_map {
             let ids = vertex_map::read(path).or_bad_input()?;
             let MapLinks { pair, used, .. } = link_by_vertex_map(&source, &target, &ids)
-                .map_err(|error| Failure::option(error.to_string()).context(path.display()))
+                .map_err(|error| match error {
+                    // Of the meshes, not of the map.
+                    LinkError::Outside => Failure::option(error.to_string()),
+                    _ => Failure::option(error.to_string()).context(path.display()),
+                })
                 .or_bad_input()?;
             if let Some(assumed) = used.assumed() {
                 note(format_args!("{}: {assumed}", path.display()));

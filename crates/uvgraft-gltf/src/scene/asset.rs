@@ -208,7 +208,7 @@ fn relative_path(uri: &str) -> Result<PathBuf, String> {
     if !names_a_file || uri.contains(':') {
         return Err(format!("{:?} must be in the model's folder or below", shortened(uri)));
     }
-    Ok(path)
+    Ok(path.components().filter(|part| *part != Component::CurDir).collect())
 }
 
 /// Decodes percent escapes such as `%20`.

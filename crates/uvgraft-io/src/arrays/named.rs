@@ -1,6 +1,6 @@
 //! Arrays and strings by name.
 
-use super::error::ArraysError;
+use super::error::{ArraysError, listed};
 use super::numeric::NumericArray;
 
 /// Numeric arrays and strings by name, in file order.
@@ -53,6 +53,11 @@ impl NamedArrays {
             Held::Unusable(reason) => Some(reason),
             _ => None,
         }
+    }
+
+    /// The first names in backticks, and the number of others, for messages.
+    pub fn listed(&self) -> String {
+        listed(&self.names().map(str::to_owned).collect::<Vec<_>>())
     }
 
     /// The array of a name.

@@ -3,13 +3,10 @@
 use super::faces::{self, FacesError, SameFaces};
 use super::surface::{self, SurfaceError, SurfaceOptions, SurfaceReport};
 use super::topology::{self, TopologyError, TopologyReport};
+use super::vertex_map::OUTSIDE;
 use crate::mesh::Mesh;
 use crate::pair::{OtherLayouts, Pair};
 use crate::piece::Piece;
-
-/// Why links that were found are none.
-pub(super) const OUTSIDE: &str = "all matching faces have UV coordinates outside the unit square; \
-    `outside` repeat moves them into it";
 
 /// Which methods to try.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]

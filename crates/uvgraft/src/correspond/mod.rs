@@ -9,6 +9,7 @@
 pub mod dots;
 pub mod faces;
 mod find;
+mod places;
 pub mod similarity;
 pub mod split_vertices;
 pub mod surface;

@@ -4,11 +4,14 @@
 //! may differ between the meshes. Where the other mesh triangulates a polygon along other
 //! diagonals, the polygon's fan is rotated to the apex that gives the most matching triangles.
 
-use super::find::OUTSIDE;
-use super::split_vertices::place_count;
+use super::places::place_count;
 use crate::mesh::Mesh;
 use crate::pair::Pair;
 use crate::piece::Piece;
+
+/// Why links that were found are none.
+pub(super) const OUTSIDE: &str = "all matching faces have UV coordinates outside the unit square; \
+    `outside` repeat moves them into it";
 
 /// Why a vertex map can't link two meshes.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]

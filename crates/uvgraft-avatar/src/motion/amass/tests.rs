@@ -144,7 +144,7 @@ fn invalid_motions_are_refused() {
     let text = refused(&|arrays| arrays.insert("poses", table(MAX_FRAMES + 1, 66)));
     assert_eq!(text, "must have 1 to 216000 frames, got 216001");
     let text = refused(&|arrays| drop(arrays.take("mocap_framerate")));
-    assert!(text.contains("no frame rate") && text.ends_with("got poses, trans"), "{text}");
+    assert!(text.contains("no frame rate") && text.ends_with("got `poses`, `trans`"), "{text}");
     let text = refused(&|arrays| arrays.insert_text("mocap_framerate", "fast"));
     assert!(text.contains("`mocap_framerate` cannot be used: it is a string"), "{text}");
     let mut arrays = motion(63);

@@ -7,7 +7,7 @@ use glam::Vec3;
 use uvgraft_io::arrays::{ArraysError, NamedArrays, NumericArray};
 
 use super::super::MotionError;
-use super::{MAX_FRAMES, check_values, has_key, names};
+use super::{MAX_FRAMES, check_values, has_key};
 use crate::body::{BODY, BodyKind, JointEntry};
 
 /// Rotation vectors of all frames.
@@ -97,7 +97,7 @@ impl Turns {
             return Err(MotionError::Missing {
                 wanted: "`poses`, or `root_orient` and `pose_body`, or `global_orient` and \
                          `body_pose`",
-                found: names(arrays),
+                found: arrays.listed(),
             });
         };
         let frames = Some(root.len() / 3);

@@ -181,9 +181,9 @@ fn primitives_without_the_set_are_left_out() {
         let names = parts.map(|part| format!("{} {}", part.object, part.material));
         (found.mesh.faces().len(), found.without_uv.polygons, names.collect::<Vec<_>>())
     };
-    assert_eq!(left_out(&set(0)), (8, 4, vec!["strip skin".to_owned(), "prop skin".to_owned()]));
-    assert_eq!(left_out(&set(1)), (8, 4, vec!["prop cloth".to_owned()]));
-    assert_eq!(left_out(&named("prop")), (4, 2, vec!["prop skin".to_owned()]));
+    assert_eq!(left_out(&set(0)), (4, 4, vec!["strip skin".to_owned(), "prop skin".to_owned()]));
+    assert_eq!(left_out(&set(1)), (6, 2, vec!["prop cloth".to_owned()]));
+    assert_eq!(left_out(&named("prop")), (2, 2, vec!["prop skin".to_owned()]));
     assert_eq!(left_out(&named("cloth")).1, 0);
     let error = read(&strip, &named("skin")).unwrap_err();
     assert!(error.ends_with("(TEXCOORD_0), but has TEXCOORD_1"), "{error}");

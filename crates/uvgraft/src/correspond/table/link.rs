@@ -6,9 +6,8 @@
 use glam::{DVec3, Vec3};
 
 use super::{SurfacePoint, VertexTable};
-use crate::correspond::find::OUTSIDE;
 use crate::correspond::surface::{SurfaceOptions, placed, share_of_area};
-use crate::correspond::vertex_map::link_faces;
+use crate::correspond::vertex_map::{OUTSIDE, link_faces};
 use crate::mesh::Mesh;
 use crate::pair::Pair;
 use crate::piece::Piece;
