@@ -220,21 +220,21 @@ fn dressed_heads_are_registered_as_plain_ones() {
     }
 }
 
-/// Landmarks that lay the target on the source after a half turn around an axis of its head.
-fn half_turned(mesh: &Mesh, axis: usize) -> FindOptions {
-    let frame = *Anatomy::find(mesh).expect("a face").frame();
-    let local = |vertex: usize| DVec3::from(frame.local(mesh.positions()[vertex].map(f64::from)));
+/// Landmarks that lay the target on the source after it was turned around an axis of its head.
+fn turned(source: &Mesh, target: &Mesh, axis: usize, degrees: f64) -> FindOptions {
+    let [there, here] = [source, target].map(|mesh| *Anatomy::find(mesh).expect("a face").frame());
+    let local = |vertex: usize| DVec3::from(here.local(target.positions()[vertex].map(f64::from)));
     // About the axis of the neck, or through the base of the nose.
     let center = if axis == 1 { DVec3::new(0.0, 0.0, -1.1) } else { DVec3::new(0.0, -0.6, 0.0) };
-    let turn = DMat3::from_axis_angle(DVec3::AXES[axis], std::f64::consts::PI);
+    let turn = DMat3::from_axis_angle(DVec3::AXES[axis], degrees.to_radians());
     let mut options = FindOptions::default();
     options.by = By::Surface;
-    let used: Vec<usize> = mesh.faces().iter().step_by(97).map(|face| face[0] as usize).collect();
+    let used: Vec<usize> = target.faces().iter().step_by(97).map(|face| face[0] as usize).collect();
     options.surface.places = used
         .into_iter()
         .map(|vertex| {
-            let there = frame.world((turn * (local(vertex) - center) + center).to_array());
-            [there.map(|value| value as f32), mesh.positions()[vertex]]
+            let place = there.world((turn * (local(vertex) - center) + center).to_array());
+            [place.map(|value| value as f32), target.positions()[vertex]]
         })
         .collect();
     options
@@ -243,19 +243,19 @@ fn half_turned(mesh: &Mesh, axis: usize) -> FindOptions {
 #[test]
 fn what_was_laid_wrongly_on_a_face_is_refused() {
     let [source, target] = coarse();
-    let mut turned = 0;
-    for axis in 0..3 {
-        let error = find(source.clone(), target.clone(), &half_turned(&target, axis))
-            .expect_err("a head that is turned by half");
+    let mut told = 0;
+    for (axis, degrees) in [(0, 60.0), (0, 180.0), (2, 90.0), (2, 180.0)] {
+        let error = find(source.clone(), target.clone(), &turned(&source, &target, axis, degrees));
+        let error = error.expect_err("a head that is turned");
         let Refusal::Surface(error) = &error.0[0] else { panic!("{error}") };
         // A face that looks the other way may have nothing on it at all.
         match error {
-            SurfaceError::Turned { most, .. } => turned += usize::from(*most == 20.0),
+            SurfaceError::Turned { most, .. } => told += usize::from(*most == 20.0),
             SurfaceError::Nothing => {}
-            error => panic!("axis {axis}: {error}"),
+            error => panic!("axis {axis}, {degrees}°: {error}"),
         }
     }
-    assert!(turned > 0);
+    assert!(told > 0);
 }
 
 #[test]

@@ -26,7 +26,8 @@ const DISORDERED: f64 = 0.5;
 pub enum Numbering {
     /// As in the file.
     Stored,
-    /// By the first vertices; later ones are copies of them, or not in the map.
+    /// By the first vertices; later ones are copies of them, or not in the map: at most as many as there
+    /// are in it, since tools append less than they keep.
     First {
         /// Number of vertices in the map.
         count: usize,
@@ -230,7 +231,10 @@ fn source_numberings(mesh: &Mesh, count: usize) -> Vec<Numbered> {
             others += 1;
         }
     }
-    let mut found = vec![(Numbering::First { count, copies, others }, numbers)];
+    let mut found = Vec::new();
+    if others <= count {
+        found.push((Numbering::First { count, copies, others }, numbers));
+    }
     let (places, numbers) = places(&first);
     if places == count {
         found.push((Numbering::Places { count }, numbers));

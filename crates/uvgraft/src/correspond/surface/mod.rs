@@ -116,7 +116,8 @@ pub enum SurfaceError {
     /// What lies on the face of the source was turned too much to be a face.
     #[error(
         "the target does not fit the source: what lies on the source's face is turned by {degrees:.0}° in \
-         the median, must be at most {most:.0}°; give landmarks, or meshes without hair and clothes"
+         the median, must be at most {most:.0}°; check the landmarks or give some, or use meshes without \
+         hair and clothes"
     )]
     Turned {
         /// The median angle.
