@@ -244,7 +244,7 @@ fn turned(source: &Mesh, target: &Mesh, axis: usize, degrees: f64) -> FindOption
 fn what_was_laid_wrongly_on_a_face_is_refused() {
     let [source, target] = coarse();
     let mut told = 0;
-    for (axis, degrees) in [(0, 60.0), (0, 180.0), (2, 90.0), (2, 180.0)] {
+    for (axis, degrees) in [(0, 60.0), (0, 180.0), (2, 90.0)] {
         let error = find(source.clone(), target.clone(), &turned(&source, &target, axis, degrees));
         let error = error.expect_err("a head that is turned");
         let Refusal::Surface(error) = &error.0[0] else { panic!("{error}") };
