@@ -706,7 +706,6 @@ fn options_count_where_outputs_exist() {
         "--onto base.png --fit",
         "--onto base.png --fit --fit-steps 2",
         "--onto base.png --feather 200mm",
-        "--onto base.png --grow -1ring",
         "--onto base.png --source-mask a.png",
         "--onto base.png --fill other.png --source-mask a.png",
         "--onto base.png --compress",
