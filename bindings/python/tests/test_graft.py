@@ -201,7 +201,7 @@ def test_warnings_name_textures_and_are_not_repeated(pair, tmp_path):
     with warnings.catch_warnings():
         warnings.simplefilter("error")
         for _ in range(2):
-            with pytest.raises(UserWarning, match="a.png: the region has no boundary"):
+            with pytest.raises(UserWarning, match=r"a\.png: the region has no boundary"):
                 graft.apply(names[0], base)
 
 
@@ -265,7 +265,7 @@ def test_regions(pair):
     with pytest.warns(UserWarning, match=r"Region.grown\(\) leaves only 0\..* % of the region"):
         of(half.grown(-0.67))
     for feather in (10.0, 0.8, 1e9):
-        with pytest.raises(ValueError, match="feather must be at most 0.7071"):
+        with pytest.raises(ValueError, match=r"feather must be at most 0\.7071"):
             uvgraft.Graft(pair, region=half, blend="feather", feather=feather)
     with pytest.warns(UserWarning, match="feather has no effect: the region has no boundary"):
         uvgraft.Graft(pair, blend="feather")

@@ -135,8 +135,8 @@ class FileTransfer:
     Warns
     -----
     UserWarning
-        For what is implausible about the region and the base. `Transferred` has the warnings of each
-        texture.
+        For what is implausible about the region and the base. `Transferred` has the warnings of
+        each texture.
 
     Raises
     ------
