@@ -266,7 +266,8 @@ def test_what_textures_share_is_warned_of(files):
         )
     assert [it.filename for it in caught] == [__file__]
     assert [note.partition(";")[0] for note in transfer.notes] == ["the mesh has no unit"]
-    assert transfer.to_bytes((files / "face.png").read_bytes())[1].warnings == []
+    warnings = transfer.to_bytes((files / "face.png").read_bytes())[1].warnings
+    assert not any("NaN" in warning for warning in warnings)
 
 
 @pytest.mark.parametrize("name", sorted(uvgraft.TransferOptions.__annotations__))

@@ -408,6 +408,7 @@ def test_what_is_assumed_of_meshes_is_warned_of(tmp_path):
     with pytest.warns(UserWarning, match='1 polygon has no UV coordinates and is left out: "hair"'):
         assert len(uvgraft.Mesh.load(path).faces) == 2
     path.write_text("\n".join([*sheet, "v 5 5 5"]))
+    (tmp_path / "target.obj").write_text("\n".join([*sheet, "v 5 5 5", "v 6 5 5"]))
     with pytest.warns(UserWarning, match=r"a map of the first 4 vertices \(1 after them"):
-        pair = uvgraft.Pair(path, square(UPRIGHT), vertex_map=range(4))
+        pair = uvgraft.Pair(path, tmp_path / "target.obj", vertex_map=range(4))
     assert pair.method == "vertex-map"

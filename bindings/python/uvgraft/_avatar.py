@@ -332,7 +332,7 @@ def avatar_from_photos(
     focal: float | str | None = None,
     head_texture: Image | None = None,
     relight: Relight = "soft",
-    frames: int = 9,
+    frames: int | None = None,
     **options: Unpack[AvatarOptions],
 ) -> Avatar:
     """Build an animated avatar from photographs, as ``uvgraft avatar --selfie`` does.

@@ -151,7 +151,7 @@ impl RenderRequest {
         }
         if self.fps.is_some() && self.rate().is_none() {
             return Err(Failure::option(
-                "`fps` has no effect on a still picture: it needs `motion` or `turntable`",
+                "`fps` has no effect on a still picture: it needs `motion` or a turntable",
             ));
         }
         self.check_pose()?;
