@@ -244,7 +244,11 @@ def test_bad_pictures(made, options, error, message):
         ({"size": 0}, uvgraft.Error, "`size` must be 1 to 32768 texels a side, got 0"),
         ({"size": (1, 2, 3)}, TypeError, r"size must be a number of texels or \(height, width\)"),
         ({"blend": "glue"}, uvgraft.Error, '`blend` must be none, feather or membrane, got "glue"'),
-        ({"feather": "wide"}, uvgraft.Error, '`feather` "wide": must be a number with a unit, such as 15mm'),
+        (
+            {"feather": "wide"},
+            uvgraft.Error,
+            '`feather` "wide": must be a number with a unit, such as 15mm',
+        ),
         ({"grow": "2 steps"}, uvgraft.Error, "`grow` .*or rings, such as 2rings"),
         ({"onto": "#12"}, uvgraft.Error, '^`onto`: colour must be #RGB.*, got "#12"'),
         ({"gutter": -1}, uvgraft.Error, "`gutter` must be a whole number from 0 to 256, got -1"),

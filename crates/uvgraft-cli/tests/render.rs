@@ -228,7 +228,7 @@ fn what_is_no_avatar_is_refused() {
         ("me.glb -o a.png --expression bulge=1 --expression bulge=0", &["bulge: given twice"]),
         ("me.glb -o a.png --fps 30", &["--fps has no effect on a still picture"]),
         ("me.glb -o a.gif --fps 30 --frame 0", &["--fps has no effect"]),
-        ("me.glb -o a.webp --fps 5 --camera head", &["needs --motion or --turntable"]),
+        ("me.glb -o a.webp --fps 5 --camera head", &["needs --motion or a turntable"]),
         ("me.glb -o a.gif --motion --turntable 12", &["--turntable N cannot be used", "--motion"]),
         ("me.glb -o a.bmp", &["a.bmp: ", ".gif", ".png"]),
         ("me.glb -o a.jpg --background transparent", &["a.jpg: ", "transparency"]),
