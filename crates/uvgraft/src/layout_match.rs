@@ -23,7 +23,8 @@ const MAX_SEAMS: usize = 1024;
 /// corner: enough to be clear of a blurred border.
 const INSIDE: f32 = 0.15;
 
-/// The same in texels: the centre of the texel that is looked at is inside, too.
+/// The same in texels, a little more than half the diagonal of a texel: the centre of the one that is
+/// looked at is inside, too.
 const INSIDE_TEXELS: f32 = 0.75;
 
 /// The largest share, that of the centroid.
