@@ -146,28 +146,31 @@ impl Pair {
             )
         });
         let threads = threads::checked(threads)?;
-        let (pair, others, method, assumed) = threads::run(py, threads, move || match ids {
-            Some(ids) => {
-                link_by_vertex_map(&source, &target, &ids).map_err(of_linking).map(|links| {
-                    let method = match links.used {
-                        MapUse::Connectivity(_) => By::Topology.name(),
-                        _ => VERTEX_MAP,
-                    };
-                    let (pair, others) = links.pair.in_one_layout();
-                    (pair, others, method.to_owned(), links.used.assumed())
-                })
-            }
-            None => correspond::find(source, target, &options)
-                .map(|it| (it.pair, it.other_layouts, it.method.by().name().to_owned(), None))
-                .map_err(of_linking),
-        })??;
+        let (pair, others, method, registered, assumed) =
+            threads::run(py, threads, move || match ids {
+                Some(ids) => {
+                    link_by_vertex_map(&source, &target, &ids).map_err(of_linking).map(|links| {
+                        let method = match links.used {
+                            MapUse::Connectivity(_) => By::Topology.name(),
+                            _ => VERTEX_MAP,
+                        };
+                        let (pair, others) = links.pair.in_one_layout();
+                        (pair, others, method.to_owned(), None, links.used.assumed())
+                    })
+                }
+                None => correspond::find(source, target, &options)
+                    .map(|it| {
+                        let method = it.method.by().name().to_owned();
+                        (it.pair, it.other_layouts, method, it.method.registered().cloned(), None)
+                    })
+                    .map_err(of_linking),
+            })??;
         let assumed = assumed.map(|assumed| format!("vertex_map: {assumed}"));
         warn_caller(py, assumed.into_iter().collect())?;
+        let file = PairFile { pair: Arc::new(pair), source_name, target_name, note };
         let said = Log::default();
-        pairing::remark(&pair, &others, [&source_name, &target_name], &said);
+        pairing::remark(&file, registered.as_ref(), &others, &said);
         warn_caller(py, said.warnings())?;
-        let pair = Arc::new(pair);
-        let file = PairFile { pair, source_name, target_name, note };
         Ok(Self { file, method: Some(method) })
     }
 

@@ -34,6 +34,7 @@ mod existing;
 pub mod mesh_file;
 pub mod pair_picture;
 pub mod pairing;
+pub mod recognition;
 pub mod render;
 pub mod report;
 pub mod selfie;

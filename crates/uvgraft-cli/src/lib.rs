@@ -30,7 +30,6 @@ mod number;
 mod opacity;
 mod pair;
 mod progress;
-mod recognition;
 mod region;
 mod render;
 mod report;

@@ -10,9 +10,10 @@ use uvgraft::report::{LayoutReport, Percentiles};
 use uvgraft::{PairReport, Recognition, Size, Tile, correspond, recognise};
 use uvgraft_io::pair_file::{PairFile, layout_fingerprint};
 
+use uvgraft_assembly::recognition;
 pub(crate) use uvgraft_assembly::report::grouped;
 
-use crate::{recognition, terminal};
+use crate::terminal;
 
 /// Texture sizes that a report's texel counts and densities are for.
 #[derive(clap::Args)]
@@ -119,7 +120,7 @@ impl Linked {
     /// What registration found, if the meshes were linked by it.
     pub(crate) fn registered(&self) -> Option<&SurfaceReport> {
         match &self.linked_by {
-            Method::Found(correspond::Method::Surface(report)) => Some(report),
+            Method::Found(found) => found.registered(),
             _ => None,
         }
     }

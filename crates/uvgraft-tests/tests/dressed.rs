@@ -256,6 +256,15 @@ fn what_was_laid_wrongly_on_a_face_is_refused() {
         }
     }
     assert!(told > 0);
+    // What is turned by half fits, so that it is linked, and told.
+    for (axis, degrees) in [(1, 0.0), (1, 25.0), (1, 180.0), (2, 180.0)] {
+        let found = find(source.clone(), target.clone(), &turned(&source, &target, axis, degrees));
+        let found = found.expect("surfaces that fit");
+        let report = found.method.registered().expect("a registration");
+        let told = report.heads_turned.expect("two heads");
+        assert!((told - degrees).abs() < 15.0, "axis {axis}, {degrees}°: {told}");
+        assert_eq!(report.warning().is_some(), degrees > 90.0, "axis {axis}, {degrees}°: {told}");
+    }
 }
 
 #[test]

@@ -107,6 +107,18 @@ fn appended_vertices_are_left_out() {
 }
 
 #[test]
+fn a_split_source_may_have_another_number_of_vertices_than_the_map_and_the_target() {
+    let head = apart(&Figure::new().head);
+    let ids: Vec<i64> = (0..head.positions().len() as i64).collect();
+    let links = Pair::by_vertex_map(head.clone(), head.clone(), &ids).unwrap().pieces().len();
+    let found = link_by_vertex_map(&split(&head, appended), &head, &ids).unwrap();
+    assert!(found.used.assumed().unwrap().contains("the first"));
+    assert_eq!(found.pair.pieces().len(), links);
+    let swapped = link_by_vertex_map(&split(&head, by_coordinate), &head, &ids[..]);
+    assert!(swapped.unwrap_err().to_string().contains("swapped"));
+}
+
+#[test]
 fn what_is_not_understood_is_refused_with_the_counts() {
     let (head, body, ids, _) = figure();
     let refused = |source: &Mesh, ids: &[i64]| {

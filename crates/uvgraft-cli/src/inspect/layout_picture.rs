@@ -7,10 +7,10 @@ use uvgraft::mesh::TileFaces;
 use uvgraft::mesh_report::MeshReport;
 use uvgraft::{MapOptions, Mesh, SamplingMap, Size, Texture};
 
-use crate::recognition;
 use crate::report::grouped;
 use uvgraft_assembly::drawing::{Picture, Rgb};
 use uvgraft_assembly::pair_picture::{BACKGROUND, CAPTION, MARGIN, PANEL, draw_lines};
+use uvgraft_assembly::recognition;
 
 /// Further tiles are not drawn; the report lists them.
 const MAX_PANELS: usize = 4;

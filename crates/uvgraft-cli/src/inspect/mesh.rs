@@ -13,11 +13,11 @@ use uvgraft_pipeline::Outputs;
 
 use super::{layout_picture, listed};
 use crate::failure::note;
-use crate::recognition::{self, triangles};
 use crate::report::grouped;
 use crate::terminal;
 use uvgraft_assembly::drawing::check_name;
 use uvgraft_assembly::mesh_file::{self, LoadedMesh, MeshFile};
+use uvgraft_assembly::recognition::{self, triangles};
 
 /// Print the report of a mesh and its UV layout
 ///

@@ -12,10 +12,10 @@ use uvgraft_io::pair_file;
 use uvgraft_pipeline::Outputs;
 
 use crate::failure::{OrBadInput, bad_input, warn};
-use crate::recognition;
 use crate::report::{self, grouped};
 use uvgraft_assembly::drawing::check_name;
 use uvgraft_assembly::pair_picture;
+use uvgraft_assembly::recognition;
 
 /// Print the report of a pair file, an avatar or a mesh
 ///

@@ -2,7 +2,6 @@
 
 mod correspondence;
 mod landmarks;
-mod outside;
 mod table;
 
 use std::path::PathBuf;
@@ -18,8 +17,7 @@ use uvgraft_pipeline::Outputs;
 
 use crate::choice::choice;
 use crate::failure::{Notes, bad_input, note, warn};
-use crate::{recognition, report};
-use outside::warn_of_outside;
+use crate::report;
 use uvgraft_assembly::drawing::check_name;
 use uvgraft_assembly::mesh_file::{self, LoadedMesh, MeshFile};
 use uvgraft_assembly::pair_picture;
@@ -113,15 +111,11 @@ pub(crate) fn run(args: &Args) -> anyhow::Result<ExitCode> {
     check_reach(&file, &report)?;
     pair_file::write(&file, &args.output)
         .with_context(|| format!("cannot write {}", args.output.display()))?;
-    warn_of_outside(&file);
-    let names = [&*file.source_name, &*file.target_name];
-    pairing::remark(&file.pair, &linked.other_layouts, names, &Notes);
-    recognition::layout_warnings([file.pair.source(), file.pair.target()], names)
-        .into_iter()
-        .for_each(warn);
+    let registered = linked.linked.registered();
+    pairing::remark(&file, registered, &linked.other_layouts, &Notes);
     report::print_linked(&file, &linked.linked, &report, args.json)?;
     if let Some(path) = &args.preview {
-        pair_picture::of_pair(&file, linked.linked.registered())?.write(path)?;
+        pair_picture::of_pair(&file, registered)?.write(path)?;
     }
     Ok(ExitCode::SUCCESS)
 }

@@ -61,6 +61,14 @@ impl Method {
             Self::Surface(_) => By::Surface,
         }
     }
+
+    /// What registration found, if the meshes were linked by it.
+    pub const fn registered(&self) -> Option<&SurfaceReport> {
+        match self {
+            Self::Surface(report) => Some(report),
+            _ => None,
+        }
+    }
 }
 
 /// Why a method did not link the meshes.

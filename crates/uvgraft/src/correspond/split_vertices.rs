@@ -118,11 +118,10 @@ pub fn link_by_vertex_map(
     let source_numbers = source_numberings(source, vertex_map.len());
     let vertices = target.positions().len();
     let is_stored = vertex_map.len() == source.positions().len();
-    let is_swapped = !is_stored && vertex_map.len() == vertices;
     let entries = vertex_map::check_entries(vertex_map, vertices);
     if is_stored {
         entries?;
-    } else if is_swapped || source_numbers.is_empty() || entries.is_err() {
+    } else if source_numbers.is_empty() || entries.is_err() {
         return Err(LinkError::length(vertex_map, source, target));
     }
     let mut best: Option<Attempt> = None;
@@ -142,7 +141,8 @@ pub fn link_by_vertex_map(
             }
         }
     }
-    let is_split = !is_stored || target_numbers.len() > 1;
+    // One that has the target's number of entries may also be one of swapped meshes.
+    let is_split = target_numbers.len() > 1 || !is_stored && vertex_map.len() != vertices;
     if is_split && best.as_ref().is_none_or(|best| best.share() < DISORDERED) {
         let (mut source, mut target) = (source.clone(), target.clone());
         if let Ok((pieces, report)) = topology::pieces(&mut source, &mut target) {

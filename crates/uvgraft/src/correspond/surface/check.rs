@@ -1,7 +1,7 @@
 //! Whether a registration that was found is plausible: heads may be taken for what they are not, such as
 //! hair for a face, or a face for its own upside down.
 
-use glam::DVec3;
+use glam::{DMat3, DVec3};
 
 use super::align::{Heads, STEADY};
 use super::equations::Anchor;
@@ -42,6 +42,16 @@ pub(super) fn check(
         apart(heads, placement, rest, registered, to_unit)?;
     }
     Ok(())
+}
+
+/// The angle between both faces after an alignment that they did not decide, in degrees.
+pub(super) fn heads_turned(placement: &Placement) -> Option<f64> {
+    let heads = placement.heads.as_ref().filter(|_| placement.aligned_by != "heads")?;
+    let axes = |head: &Anatomy| DMat3::from_cols_array_2d(&head.frame().axes);
+    let aligned = placement.transform.rotation * axes(&heads.target);
+    let turn = axes(&heads.source).transpose() * aligned;
+    let cosine = (turn.x_axis.x + turn.y_axis.y + turn.z_axis.z - 1.0) / 2.0;
+    Some(cosine.clamp(-1.0, 1.0).acos().to_degrees())
 }
 
 /// The target's triangles that lie on the face of the source.

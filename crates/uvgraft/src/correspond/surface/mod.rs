@@ -163,11 +163,32 @@ pub struct SurfaceReport {
     /// Triangles of components over the skin of the target's head, such as hair, glasses and clothes,
     /// where the source wears nothing. They are not linked.
     pub worn: usize,
+    /// Angle between the faces of both heads, in degrees, where landmarks or positions aligned the meshes
+    /// and both heads were found.
+    pub heads_turned: Option<f64>,
     /// Share of the target's area with a counterpart.
     pub covered: f64,
     /// The registered target: its vertices' positions in the source's space.
     #[cfg_attr(feature = "serde", serde(skip))]
     pub registered: Vec<[f32; 3]>,
+}
+
+impl SurfaceReport {
+    /// A warning, if the alignment lays the face of one head over another side of the other.
+    pub fn warning(&self) -> Option<String> {
+        /// Where heads were found right, their faces were up to 8 degrees apart.
+        const MOST: f64 = 60.0;
+        let degrees = self.heads_turned.filter(|&degrees| degrees > MOST)?;
+        Some(format!(
+            "the {} lay the target's head over the source's turned by {degrees:.0} degrees, as both faces \
+             were found; if what is linked is not the same place, {}",
+            self.aligned_by,
+            match self.aligned_by {
+                "landmarks" => "check their order, and left and right",
+                _ => "turn one of the meshes, or let them be aligned",
+            }
+        ))
+    }
 }
 
 /// Registers the target to the source and lays one over the other.
@@ -294,7 +315,8 @@ fn place(
     let closeness = closeness(&target_shape, &goal, whole);
     if options.align == Align::None || closeness < SAME {
         let may_wear = component_count(&target_shape) > component_count(&goal.shape);
-        let heads = if may_wear { Heads::find(source, target).ok() } else { None };
+        let are_needed = may_wear || closeness >= SAME;
+        let heads = if are_needed { Heads::find(source, target).ok() } else { None };
         return Ok(Placement {
             aligned_by: "positions",
             transform: Similarity::IDENTITY,
@@ -411,6 +433,7 @@ fn report(
         distance_p95: at(0.95),
         flipped,
         worn: placement.worn.iter().filter(|is_worn| **is_worn).count(),
+        heads_turned: check::heads_turned(placement),
         covered: share_of_area(surface, &laid.covered),
         registered: points,
     }

@@ -1,12 +1,18 @@
 //! What the command and Python share in pairing two meshes: how UV coordinates are read, and what to
 //! tell of a pair that may be a mistake.
 
+mod outside;
+
+use uvgraft::correspond::surface::SurfaceReport;
 use uvgraft::mesh::UvAxis;
 use uvgraft::pair::OtherLayouts;
-use uvgraft::{Direction, Mesh, Pair, Side, choices};
+use uvgraft::{Direction, Mesh, Side, choices};
+use uvgraft_io::pair_file::PairFile;
 use uvgraft_pipeline::Observer;
 
+use self::outside::warn_of_outside;
 use crate::mesh_file::LoadedMesh;
+use crate::recognition;
 use crate::report::grouped;
 
 /// What becomes of triangles outside the unit square.
@@ -70,13 +76,17 @@ fn count_outside(mesh: &Mesh) -> usize {
 
 /// Warns of what is likely to be a mistake in a pair, and notes which parts were left out.
 ///
-/// - `names`: of the source and the target.
+/// - `registered`: what registration found, if the pair was made by it.
 pub fn remark(
-    pair: &Pair,
+    file: &PairFile,
+    registered: Option<&SurfaceReport>,
     other_layouts: &[OtherLayouts],
-    names: [&str; 2],
     observer: &dyn Observer,
 ) {
+    let PairFile { pair, source_name, target_name, .. } = file;
+    let meshes = [pair.source(), pair.target()];
+    let names = [&**source_name, &**target_name];
+    warn_of_outside(meshes, names, observer);
     for others in other_layouts {
         let text = others.text(names[usize::from(others.side == Side::Target)]);
         if others.is_loss() { observer.warn(&text) } else { observer.note(&text) }
@@ -84,6 +94,7 @@ pub fn remark(
     if let Some(mirroring) = pair.mirroring() {
         observer.warn(mirroring.text(names));
     }
+    registered.and_then(SurfaceReport::warning).into_iter().for_each(|it| observer.warn(it));
     let linked = [Direction::Reverse, Direction::Forward].map(|to| pair.linked_share(to));
     if linked.iter().all(|&share| share < FEW) {
         let [source, target] = linked.map(|share| format!("{:.2} %", 100.0 * share));
@@ -93,6 +104,7 @@ pub fn remark(
             names[0], names[1]
         ));
     }
+    recognition::layout_warnings(meshes, names).into_iter().for_each(|it| observer.warn(it));
 }
 
 /// Least share of either mesh's area that a pair links. A face on a whole body with clothes and hair is

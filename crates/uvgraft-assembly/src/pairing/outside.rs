@@ -1,15 +1,15 @@
 //! Warns of triangles whose UV coordinates lie outside the unit square.
 
-use uvgraft::Tile;
-use uvgraft_io::pair_file::PairFile;
+use uvgraft::{Mesh, Tile};
+use uvgraft_pipeline::Observer;
 
-use crate::failure::warn;
 use crate::report::grouped;
 
 /// Warns of triangles that a texture of the unit square does not reach.
-pub(super) fn warn_of_outside(file: &PairFile) {
-    let sides = [(file.pair.source(), &file.source_name), (file.pair.target(), &file.target_name)];
-    for (mesh, name) in sides {
+///
+/// - `meshes`, `names`: of the source and the target.
+pub(super) fn warn_of_outside(meshes: [&Mesh; 2], names: [&str; 2], observer: &dyn Observer) {
+    for (mesh, name) in meshes.into_iter().zip(names) {
         let faces = || (0..mesh.faces().len()).filter(|&face| mesh.is_outside(face));
         let count = faces().count();
         if count == 0 {
@@ -41,6 +41,6 @@ pub(super) fn warn_of_outside(file: &PairFile) {
         if 2 * count > mesh.faces().len() {
             text += "; `outside` repeat moves them into the unit square";
         }
-        warn(text);
+        observer.warn(text);
     }
 }

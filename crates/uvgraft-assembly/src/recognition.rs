@@ -7,7 +7,7 @@ use uvgraft::known::{self, Certainty, PairingWarning, Recognition, recognise};
 use crate::report::grouped;
 
 /// The names of a mesh and of its layout, for a report.
-pub(crate) fn names(found: &Recognition) -> [String; 2] {
+pub fn names(found: &Recognition) -> [String; 2] {
     let unknown = || "unknown".to_owned();
     let mesh = found
         .mesh
@@ -20,7 +20,7 @@ pub(crate) fn names(found: &Recognition) -> [String; 2] {
 
 /// The names of a mesh and of its layout where they are known, short enough for a column: a question
 /// mark follows what is known by counts only.
-pub(crate) fn short_names(found: &Recognition) -> [Option<String>; 2] {
+pub fn short_names(found: &Recognition) -> [Option<String>; 2] {
     let marked = |name: &str, certainty| match certainty {
         Certainty::CountsOnly => format!("{name}?"),
         _ => name.to_owned(),
@@ -31,7 +31,7 @@ pub(crate) fn short_names(found: &Recognition) -> [Option<String>; 2] {
 }
 
 /// A number of triangles in words.
-pub(crate) fn triangles(count: usize) -> String {
+pub fn triangles(count: usize) -> String {
     let triangles = if count == 1 { "triangle" } else { "triangles" };
     format!("{} {triangles}", grouped(count))
 }
@@ -49,12 +49,12 @@ fn qualified(name: &str, certainty: Certainty) -> String {
 /// Warnings of a pair that is likely to be a mistake.
 ///
 /// - `meshes`, `names`: of the source and the target.
-pub(crate) fn pairing_warnings(meshes: [&Mesh; 2], names: [&str; 2]) -> Vec<String> {
+pub fn pairing_warnings(meshes: [&Mesh; 2], names: [&str; 2]) -> Vec<String> {
     texts(meshes, names, |_| true)
 }
 
 /// The same without triangles in other tiles, for who warns of triangles outside the unit square.
-pub(crate) fn layout_warnings(meshes: [&Mesh; 2], names: [&str; 2]) -> Vec<String> {
+pub fn layout_warnings(meshes: [&Mesh; 2], names: [&str; 2]) -> Vec<String> {
     texts(meshes, names, |warning| !matches!(warning, PairingWarning::OtherTiles { .. }))
 }
 
