@@ -40,7 +40,7 @@ impl ToneReport {
             if change.abs() > MAX_LIGHTNESS {
                 let how = if change > 0.0 { "lighter" } else { "darker" };
                 warnings.push(format!(
-                    "matching the tone makes {what} {how} by {:.0} L* (more than {MAX_LIGHTNESS:.0} is \
+                    "matching the tone makes {what} {how} by {:.1} L* (more than {MAX_LIGHTNESS:.0} is \
                      implausible for one person)",
                     change.abs()
                 ));
