@@ -91,8 +91,8 @@ mod tests {
             assert!(found.len() == 1 && found[0].contains(wanted), "{found:?}, not {wanted}");
         };
         let report = || plausible.clone();
-        warned(ToneReport { lightness: [25.4, 0.0], ..report() }, "cheeks lighter by 25 L*");
-        warned(ToneReport { lightness: [0.0, -31.0], ..report() }, "skin darker by 31 L*");
+        warned(ToneReport { lightness: [25.4, 0.0], ..report() }, "cheeks lighter by 25.4 L*");
+        warned(ToneReport { lightness: [0.0, -31.0], ..report() }, "skin darker by 31.0 L*");
         warned(ToneReport { clipped: [0.013, 0.0], ..report() }, "clips 1.3 % of the face's");
         warned(ToneReport { clipped: [0.0, 0.5], ..report() }, "clips 50.0 % of the body's");
         warned(ToneReport { boundary_delta_e: Some(21.0), ..report() }, "ΔE 21 remains");
