@@ -10,6 +10,7 @@ use uvgraft::correspond::{self, By, FindOptions};
 use uvgraft::{Choice, Mesh as CoreMesh, Side};
 use uvgraft_assembly::mesh_file::{self, LoadedMesh};
 use uvgraft_assembly::pairing::{self, UvReading};
+use uvgraft_assembly::recognition;
 use uvgraft_io::pair_file::{self, PairFile};
 use uvgraft_io::textured::WithoutUv;
 use uvgraft_io::vertex_map;
@@ -112,8 +113,10 @@ impl Pair {
             flip_v: sides("flip_v", flip_v)?,
             outside: chosen("outside", outside)?,
         };
-        let source = reading.apply(mesh(source, "source")?, Side::Source, &());
-        let target = reading.apply(mesh(target, "target")?, Side::Target, &());
+        let said = Log::default();
+        let source = reading.apply(mesh(source, "source")?, Side::Source, &said);
+        let target = reading.apply(mesh(target, "target")?, Side::Target, &said);
+        warn_caller(py, said.warnings())?;
         let (source, source_name) = (source.mesh, source.name);
         let (target, target_name) = (target.mesh, target.name);
         let ids = vertex_map.map(read_vertex_map).transpose()?;
@@ -169,7 +172,8 @@ impl Pair {
         warn_caller(py, assumed.into_iter().collect())?;
         let file = PairFile { pair: Arc::new(pair), source_name, target_name, note };
         let said = Log::default();
-        pairing::remark(&file, registered.as_ref(), &others, &said);
+        let recognised = recognition::recognised(&file);
+        pairing::remark(&file, registered.as_ref(), &others, &recognised, &said);
         warn_caller(py, said.warnings())?;
         Ok(Self { file, method: Some(method) })
     }

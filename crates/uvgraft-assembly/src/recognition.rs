@@ -1,10 +1,15 @@
 //! The names of publicly known meshes and layouts, and warnings of pairs that look wrong, as text.
 
-use uvgraft::Mesh;
 use uvgraft::Side;
 use uvgraft::known::{self, Certainty, PairingWarning, Recognition, recognise};
+use uvgraft_io::pair_file::PairFile;
 
 use crate::report::grouped;
+
+/// What the source and the target of a pair are.
+pub fn recognised(file: &PairFile) -> [Recognition; 2] {
+    [file.pair.source(), file.pair.target()].map(recognise)
+}
 
 /// The names of a mesh and of its layout, for a report.
 pub fn names(found: &Recognition) -> [String; 2] {
@@ -48,23 +53,24 @@ fn qualified(name: &str, certainty: Certainty) -> String {
 
 /// Warnings of a pair that is likely to be a mistake.
 ///
-/// - `meshes`, `names`: of the source and the target.
-pub fn pairing_warnings(meshes: [&Mesh; 2], names: [&str; 2]) -> Vec<String> {
-    texts(meshes, names, |_| true)
+/// - `found`: what the source and the target are.
+pub fn pairing_warnings(file: &PairFile, found: &[Recognition; 2]) -> Vec<String> {
+    texts(file, found, |_| true)
 }
 
 /// The same without triangles in other tiles, for who warns of triangles outside the unit square.
-pub fn layout_warnings(meshes: [&Mesh; 2], names: [&str; 2]) -> Vec<String> {
-    texts(meshes, names, |warning| !matches!(warning, PairingWarning::OtherTiles { .. }))
+pub(crate) fn layout_warnings(file: &PairFile, found: &[Recognition; 2]) -> Vec<String> {
+    texts(file, found, |warning| !matches!(warning, PairingWarning::OtherTiles { .. }))
 }
 
 fn texts(
-    meshes: [&Mesh; 2],
-    names: [&str; 2],
+    file: &PairFile,
+    found: &[Recognition; 2],
     is_wanted: impl Fn(&PairingWarning) -> bool,
 ) -> Vec<String> {
-    let found = meshes.map(recognise);
-    let warnings = known::pairing_warnings(meshes, [&found[0], &found[1]]);
+    let meshes = [file.pair.source(), file.pair.target()];
+    let names = [&*file.source_name, &*file.target_name];
+    let warnings = known::pairing_warnings(meshes, found.each_ref());
     let wanted = warnings.iter().filter(|warning| is_wanted(warning));
     wanted.map(|warning| warning_text(warning, names)).collect()
 }

@@ -7,7 +7,7 @@ use uvgraft::correspond::surface::SurfaceReport;
 use uvgraft::correspond::table::{TableReport, TableRows};
 use uvgraft::mesh::TileFaces;
 use uvgraft::report::{LayoutReport, Percentiles};
-use uvgraft::{PairReport, Recognition, Size, Tile, correspond, recognise};
+use uvgraft::{PairReport, Recognition, Size, Tile, correspond};
 use uvgraft_io::pair_file::{PairFile, layout_fingerprint};
 
 use uvgraft_assembly::recognition;
@@ -197,8 +197,15 @@ fn significant(value: f64) -> String {
 }
 
 /// Prints the report of a pair to standard output: as text, or as JSON.
-pub(crate) fn print(file: &PairFile, report: &PairReport, json: bool) -> anyhow::Result<()> {
-    print_with(file, None, report, json)
+///
+/// - `recognised`: what the source and the target are.
+pub(crate) fn print(
+    file: &PairFile,
+    recognised: &[Recognition; 2],
+    report: &PairReport,
+    json: bool,
+) -> anyhow::Result<()> {
+    print_with(file, None, recognised, report, json)
 }
 
 /// The report of a pair for textures of some sizes.
@@ -210,19 +217,20 @@ pub(crate) fn of_pair(file: &PairFile, sizes: &Sizes) -> PairReport {
 pub(crate) fn print_linked(
     file: &PairFile,
     linked: &Linked,
+    recognised: &[Recognition; 2],
     report: &PairReport,
     json: bool,
 ) -> anyhow::Result<()> {
-    print_with(file, Some(linked), report, json)
+    print_with(file, Some(linked), recognised, report, json)
 }
 
 fn print_with(
     file: &PairFile,
     linked: Option<&Linked>,
+    recognised: &[Recognition; 2],
     report: &PairReport,
     json: bool,
 ) -> anyhow::Result<()> {
-    let recognised = [file.pair.source(), file.pair.target()].map(recognise);
     if json {
         let document = Document {
             source_name: &file.source_name,
@@ -238,7 +246,7 @@ fn print_with(
         return terminal::print_json(&document);
     }
     let linked = linked.map_or_else(String::new, |linked| linked.text() + "\n");
-    terminal::print(&(linked + &text(file, report, &recognised)))
+    terminal::print(&(linked + &text(file, report, recognised)))
 }
 
 fn text(file: &PairFile, report: &PairReport, recognised: &[Recognition; 2]) -> String {

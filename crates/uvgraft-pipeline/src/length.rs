@@ -5,6 +5,7 @@ use std::fmt::{self, Display};
 use uvgraft::{Choice, choices};
 
 use crate::failure::Failure;
+use crate::observer::Observer;
 
 /// Longer than any mesh in any unit, and within the range of single precision.
 const LONGEST: f64 = 1e9;
@@ -148,26 +149,48 @@ fn wanted() -> String {
     "must be a number with a unit, such as 15mm, 1.5cm, 0.015m or 0.6in".into()
 }
 
-/// The note that a unit was assumed for a mesh.
+/// Tells that a unit was assumed for a mesh, and warns of an implausible size.
 ///
 /// - `extent`: of the mesh, in the assumed unit.
-pub(crate) fn assumption(extent: f64, unit: Unit) -> String {
-    let longest = extent * unit.meters();
-    let size = if longest >= 1.0 {
-        format!("{longest:.2} m")
-    } else {
-        format!("{:.1} cm", longest * 100.0)
+pub(crate) fn assume(unit: Unit, extent: f64, observer: &dyn Observer) {
+    /// Largest dimensions in metres: a head is some 0.3, a person 1.7, a figure of fantasy a few.
+    const PLAUSIBLE: std::ops::RangeInclusive<f64> = 0.05..=10.0;
+    let size = |unit: Unit| extent * unit.meters();
+    let text = format!(
+        "the mesh has no unit; assuming {}, which makes its largest dimension {}",
+        unit.summary().to_lowercase(),
+        large(size(unit))
+    );
+    if PLAUSIBLE.contains(&size(unit)) {
+        observer.note(format!("{text}; use `unit` to change this"));
+        return;
+    }
+    // The one in which it is most like a person or a head.
+    let unlikeness = |unit: Unit| {
+        let unlike = |meters: f64| (size(unit) / meters).ln().abs();
+        unlike(1.7).min(unlike(0.3))
     };
-    format!(
-        "the mesh has no unit; assuming {}, which makes its largest dimension {size}; use `unit` \
-         to change this",
-        unit.summary().to_lowercase()
-    )
+    let likely = Unit::ALL.iter().copied();
+    let likely = likely.min_by(|&a, &b| unlikeness(a).total_cmp(&unlikeness(b))).unwrap_or(unit);
+    let hint = if PLAUSIBLE.contains(&size(likely)) {
+        format!("; `unit` {} would make it {}", likely.name(), large(size(likely)))
+    } else {
+        "; `unit` can change this".to_owned()
+    };
+    observer.warn(format!("{text}, implausible for a person{hint}"));
+}
+
+/// A length in metres, as people say it.
+fn large(meters: f64) -> String {
+    if meters >= 1.0 { format!("{meters:.2} m") } else { format!("{:.1} cm", meters * 100.0) }
 }
 
 #[cfg(test)]
 mod tests {
+    use std::sync::Mutex;
+
     use super::*;
+    use crate::observer::Event;
 
     #[test]
     fn lengths() {
@@ -187,6 +210,39 @@ mod tests {
         }
         assert!((Length::parse("15mm").unwrap().in_unit(Unit::Cm) - 1.5).abs() < 1e-12);
         assert!(Length::parse_distance("-1mm").is_err());
+    }
+
+    #[test]
+    fn implausible_sizes_are_warned_of_with_the_likely_unit() {
+        let told = |extent: f64| {
+            let log = Told::default();
+            assume(Unit::M, extent, &log);
+            log.0.into_inner().unwrap()
+        };
+        for (extent, unit) in
+            [(179.4, "cm"), (30.0, "cm"), (1794.0, "mm"), (300.0, "mm"), (70.6, "in"), (12.0, "in")]
+        {
+            let told = told(extent);
+            assert!(told.starts_with("warning: the mesh has no unit"), "{told}");
+            assert!(told.contains(&format!("; `unit` {unit} would make it ")), "{extent}: {told}");
+        }
+        assert!(told(1e7).ends_with("implausible for a person; `unit` can change this"));
+        assert!(told(0.01).starts_with("warning"));
+        assert!([0.28, 1.79, 4.0].map(told).iter().all(|told| told.starts_with("note: ")));
+    }
+
+    /// What an observer was told.
+    #[derive(Default)]
+    struct Told(Mutex<String>);
+
+    impl Observer for Told {
+        fn event(&self, event: Event<'_>) {
+            *self.0.lock().unwrap() = match event {
+                Event::Note(text) => format!("note: {text}"),
+                Event::Warning(text) => format!("warning: {text}"),
+                _ => return,
+            };
+        }
     }
 
     #[test]

@@ -10,7 +10,7 @@ use uvgraft_io::{vertex_groups, vertex_list};
 
 use crate::failure::{Blame, Failure, Result};
 use crate::growth::grown;
-use crate::length::{Length, Unit, assumption};
+use crate::length::{Length, Unit, assume};
 use crate::masks::Uniform;
 use crate::observer::Observer;
 
@@ -130,7 +130,7 @@ impl Region {
         self.unit.unwrap_or_else(|| {
             let unit = Unit::default();
             if matters {
-                observer.note(assumption(domain.extent(), unit));
+                assume(unit, domain.extent(), observer);
             }
             unit
         })

@@ -8,8 +8,6 @@
 //! and captured heads have light of their own on either side of the seam at the back. So what is found
 //! is a warning at most, and only where the picture contradicts its layout clearly.
 
-use crate::edges::Edges;
-use crate::map::{MapOptions, SamplingMap};
 use crate::mesh::Mesh;
 use crate::texture::{Size, Texture};
 
@@ -48,6 +46,13 @@ struct SeamSide {
 }
 
 impl SeamSide {
+    /// What is beside a half-edge.
+    fn at(mesh: &Mesh, half: u32) -> Self {
+        let (face, corner) = (half as usize / 3, half as usize % 3);
+        let [a, b, third] = [0, 1, 2].map(|k| mesh.uv_triangle(face)[(corner + k) % 3]);
+        Self { edge: [a, b], third }
+    }
+
     /// The texel to look at, as row and column: beside the middle of the edge. `None` if the triangle is
     /// too small for a texel that is inside.
     fn texel(&self, size: Size) -> Option<(u32, u32)> {
@@ -71,33 +76,112 @@ impl SeamSide {
 impl LayoutPoints {
     /// Finds the places of a layout.
     pub fn new(mesh: &Mesh) -> Self {
-        let size = Size::square(GRID);
-        let map = SamplingMap::of_layout(mesh, size, &MapOptions::with_gutter(0));
-        let mut is_covered = vec![false; size.texels()];
-        for (row, covered) in (0..).zip(is_covered.chunks_mut(GRID as usize)) {
-            for run in map.row(row) {
-                covered[run.x as usize..(run.x + run.len) as usize].fill(true);
-            }
-        }
-        let edges = Edges::new(mesh);
-        let seams = edges.shared.iter().filter(|edge| {
-            let [a, b] = edge.uv(mesh);
-            let is_inside = |half: u32| !mesh.is_outside(half as usize / 3);
-            a != b && edge.halves.into_iter().all(is_inside)
-        });
-        let seams: Vec<[SeamSide; 2]> = seams
-            .map(|edge| {
-                let uv = edge.uv(mesh);
-                [0, 1].map(|side| {
-                    let half = edge.halves[side] as usize;
-                    let third = mesh.uv_triangle(half / 3)[(half % 3 + 2) % 3];
-                    SeamSide { edge: uv[side], third }
-                })
-            })
-            .collect();
+        let faces = || (0..mesh.faces().len()).filter(|&face| !mesh.is_outside(face));
+        let mut is_covered = vec![false; (GRID * GRID) as usize];
+        faces().for_each(|face| cover(&mut is_covered, mesh.uv_triangle(face)));
+        let seams = seams(mesh);
         let step = seams.len().div_ceil(MAX_SEAMS).max(1);
         Self { is_covered, seams: seams.into_iter().step_by(step).collect() }
     }
+}
+
+/// Marks the points of the grid that a triangle covers.
+fn cover(is_covered: &mut [bool], triangle: [[f32; 2]; 3]) {
+    // Where points are at whole numbers.
+    let corners = triangle.map(|at| at.map(|value| value * GRID as f32 - 0.5));
+    let within = |low: f32, high: f32| {
+        let end = (high.floor() + 1.0).clamp(0.0, GRID as f32);
+        (low.ceil().max(0.0) as usize)..(end as usize)
+    };
+    let rows = corners.map(|[_, y]| y);
+    let low = rows.into_iter().fold(f32::INFINITY, f32::min);
+    let high = rows.into_iter().fold(f32::NEG_INFINITY, f32::max);
+    for row in within(low, high) {
+        let y = row as f32;
+        let (mut left, mut right) = (f32::INFINITY, f32::NEG_INFINITY);
+        for k in 0..3 {
+            let ([x0, y0], [x1, y1]) = (corners[k], corners[(k + 1) % 3]);
+            if (y0 <= y) != (y1 <= y) {
+                let x = x0 + (y - y0) / (y1 - y0) * (x1 - x0);
+                (left, right) = (left.min(x), right.max(x));
+            }
+        }
+        let columns = within(left, right);
+        if !columns.is_empty() {
+            let start = row * GRID as usize;
+            is_covered[start + columns.start..start + columns.end].fill(true);
+        }
+    }
+}
+
+/// Both sides of the edges at which two triangles meet that have different UV coordinates there.
+///
+/// Nearly all edges have the same UV indices on both sides, and are no seams. Only the others are
+/// compared by where they are.
+fn seams(mesh: &Mesh) -> Vec<[SeamSide; 2]> {
+    let mut at_places: Vec<([[u32; 3]; 2], u32)> = uv_borders(mesh)
+        .into_iter()
+        .filter(|&half| !mesh.is_outside(half as usize / 3))
+        .map(|half| {
+            let [from, to] = place_bits(mesh, half);
+            ([from.min(to), from.max(to)], half)
+        })
+        .filter(|([from, to], _)| from != to)
+        .collect();
+    at_places.sort_unstable();
+    // Where more than two meet, such as those of sheets that lie on each other, nothing is known.
+    let pairs = at_places.chunk_by(|a, b| a.0 == b.0).filter(|group| group.len() == 2);
+    let mut pairs: Vec<[u32; 2]> = pairs.map(|group| [group[0].1, group[1].1]).collect();
+    pairs.sort_unstable();
+    let sides = pairs.into_iter().filter_map(|halves| {
+        let [first, mut second] = halves.map(|half| SeamSide::at(mesh, half));
+        if place_bits(mesh, halves[0]) != place_bits(mesh, halves[1]) {
+            second.edge.reverse();
+        }
+        (first.edge != second.edge).then_some([first, second])
+    });
+    sides.collect()
+}
+
+/// The half-edges between UV indices that no other half-edge is between; as [`crate::edges::HalfEdge`].
+fn uv_borders(mesh: &Mesh) -> Vec<u32> {
+    let corners = mesh.uv_faces();
+    let ends = |half: u32| {
+        let corners = corners[half as usize / 3];
+        let [from, to] = [corners[half as usize % 3], corners[(half as usize % 3 + 1) % 3]];
+        [from.min(to), from.max(to)]
+    };
+    let halves = 0..3 * corners.len() as u32;
+    // Sorted by the lower index, by counting; then by the higher one, a few each.
+    let mut starts = vec![0_u32; mesh.uv().len() + 1];
+    halves.clone().for_each(|half| starts[ends(half)[0] as usize + 1] += 1);
+    for index in 0..mesh.uv().len() {
+        starts[index + 1] += starts[index];
+    }
+    let mut next = starts.clone();
+    let mut sorted = vec![(0, 0); halves.len()];
+    for half in halves {
+        let [low, high] = ends(half);
+        let place = &mut next[low as usize];
+        sorted[*place as usize] = (high, half);
+        *place += 1;
+    }
+    let mut found = Vec::new();
+    for bounds in starts.windows(2) {
+        let at_low = &mut sorted[bounds[0] as usize..bounds[1] as usize];
+        at_low.sort_unstable();
+        let alone = at_low.chunk_by(|a, b| a.0 == b.0).filter(|group| group.len() == 1);
+        found.extend(alone.map(|group| group[0].1));
+    }
+    found
+}
+
+/// The positions of a half-edge's ends, as bits.
+fn place_bits(mesh: &Mesh, half: u32) -> [[u32; 3]; 2] {
+    let face = mesh.faces()[half as usize / 3];
+    // Adding 0.0 turns -0.0 into 0.0.
+    [half as usize % 3, (half as usize % 3 + 1) % 3]
+        .map(|corner| mesh.positions()[face[corner] as usize].map(|value| (value + 0.0).to_bits()))
 }
 
 /// How well a picture fits a layout.
@@ -236,7 +320,10 @@ impl<'a> LayoutProbe<'a> {
             .zip(0..)
             .filter_map(|(texel, slot)| texel.map(|(row, column)| (row, column, slot)))
             .collect();
-        places.sort_unstable();
+        // In one number, which is faster to compare; sides of textures have 16 bits.
+        places.sort_unstable_by_key(|&(row, column, slot)| {
+            u64::from(row) << 48 | u64::from(column) << 32 | u64::from(slot)
+        });
         let slots = (GRID * GRID) as usize + 2 * (layouts[0].seams.len() + layouts[1].seams.len());
         let colors = vec![[f32::NAN; 4]; slots];
         Self { layouts, size, places, next: 0, colors }

@@ -6,7 +6,7 @@ mod outside;
 use uvgraft::correspond::surface::SurfaceReport;
 use uvgraft::mesh::UvAxis;
 use uvgraft::pair::OtherLayouts;
-use uvgraft::{Direction, Mesh, Side, choices};
+use uvgraft::{Direction, Mesh, Recognition, Side, choices};
 use uvgraft_io::pair_file::PairFile;
 use uvgraft_pipeline::Observer;
 
@@ -47,7 +47,8 @@ pub struct UvReading {
 }
 
 impl UvReading {
-    /// Applies it to one of the meshes, and notes what was moved.
+    /// Applies it to one of the meshes, notes what was moved, and warns of coordinates that seem to be in
+    /// another unit.
     pub fn apply(&self, loaded: LoadedMesh, side: Side, observer: &dyn Observer) -> LoadedMesh {
         let LoadedMesh { mut mesh, name, without_uv } = loaded;
         for (axis, flipped) in [(UvAxis::U, &self.flip_u), (UvAxis::V, &self.flip_v)] {
@@ -55,6 +56,7 @@ impl UvReading {
                 mesh = mesh.flipped(axis);
             }
         }
+        outside::warn_of_size(&mesh, &name, observer);
         let before = count_outside(&mesh);
         let (mesh, what) = match self.outside {
             _ if before == 0 => return LoadedMesh { mesh, name, without_uv },
@@ -77,10 +79,12 @@ fn count_outside(mesh: &Mesh) -> usize {
 /// Warns of what is likely to be a mistake in a pair, and notes which parts were left out.
 ///
 /// - `registered`: what registration found, if the pair was made by it.
+/// - `recognised`: what the source and the target are.
 pub fn remark(
     file: &PairFile,
     registered: Option<&SurfaceReport>,
     other_layouts: &[OtherLayouts],
+    recognised: &[Recognition; 2],
     observer: &dyn Observer,
 ) {
     let PairFile { pair, source_name, target_name, .. } = file;
@@ -104,7 +108,7 @@ pub fn remark(
             names[0], names[1]
         ));
     }
-    recognition::layout_warnings(meshes, names).into_iter().for_each(|it| observer.warn(it));
+    recognition::layout_warnings(file, recognised).into_iter().for_each(|it| observer.warn(it));
 }
 
 /// Least share of either mesh's area that a pair links. A face on a whole body with clothes and hair is

@@ -44,3 +44,18 @@ pub(super) fn warn_of_outside(meshes: [&Mesh; 2], names: [&str; 2], observer: &d
         observer.warn(text);
     }
 }
+
+/// Warns of UV coordinates in which most triangles are larger than a tile.
+pub(super) fn warn_of_size(mesh: &Mesh, name: &str, observer: &dyn Observer) {
+    let is_in_no_tile = |face: &usize| mesh.is_outside(*face) && mesh.tile(*face).is_none();
+    let count = (0..mesh.faces().len()).filter(is_in_no_tile).count();
+    if 2 * count <= mesh.faces().len() {
+        return;
+    }
+    let largest =
+        mesh.uv().as_flattened().iter().fold(0.0_f32, |most, value| most.max(value.abs()));
+    observer.warn(format!(
+        "{name}: most triangles cross borders of UV tiles; coordinates go up to {largest:.1}, where \
+         a texture is from 0 to 1: they may be in texels or per cent"
+    ));
+}

@@ -77,11 +77,9 @@ fn inspect_pair(args: &Args, pair: &Path) -> anyhow::Result<ExitCode> {
         }
         read => read.or_bad_input()?,
     };
-    report::print(&file, &report::of_pair(&file, &args.sizes), args.json)?;
-    let names = [&*file.source_name, &*file.target_name];
-    recognition::pairing_warnings([file.pair.source(), file.pair.target()], names)
-        .into_iter()
-        .for_each(warn);
+    let recognised = recognition::recognised(&file);
+    report::print(&file, &recognised, &report::of_pair(&file, &args.sizes), args.json)?;
+    recognition::pairing_warnings(&file, &recognised).into_iter().for_each(warn);
     if let Some(path) = &args.preview {
         pair_picture::of_pair(&file, None)?.write(path)?;
     }

@@ -22,6 +22,7 @@ use uvgraft_assembly::drawing::check_name;
 use uvgraft_assembly::mesh_file::{self, LoadedMesh, MeshFile};
 use uvgraft_assembly::pair_picture;
 use uvgraft_assembly::pairing::{self, Outside, UvReading};
+use uvgraft_assembly::recognition;
 
 /// Link the triangles of two meshes and save the links as a pair file
 ///
@@ -112,8 +113,9 @@ pub(crate) fn run(args: &Args) -> anyhow::Result<ExitCode> {
     pair_file::write(&file, &args.output)
         .with_context(|| format!("cannot write {}", args.output.display()))?;
     let registered = linked.linked.registered();
-    pairing::remark(&file, registered, &linked.other_layouts, &Notes);
-    report::print_linked(&file, &linked.linked, &report, args.json)?;
+    let recognised = recognition::recognised(&file);
+    pairing::remark(&file, registered, &linked.other_layouts, &recognised, &Notes);
+    report::print_linked(&file, &linked.linked, &recognised, &report, args.json)?;
     if let Some(path) = &args.preview {
         pair_picture::of_pair(&file, registered)?.write(path)?;
     }

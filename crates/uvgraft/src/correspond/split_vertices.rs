@@ -125,8 +125,9 @@ pub fn link_by_vertex_map(
         return Err(LinkError::length(vertex_map, source, target));
     }
     let mut best: Option<Attempt> = None;
-    let target_numbers = target_numberings(target, vertex_map);
-    for target_number in &target_numbers {
+    let mut target_numbers = vec![stored(vertices)];
+    let mut tried = 0;
+    while let Some(target_number) = target_numbers.get(tried) {
         for source_number in &source_numbers {
             let attempt =
                 Attempt::new([source, target], [source_number, target_number], vertex_map);
@@ -139,6 +140,11 @@ pub fn link_by_vertex_map(
             if is_whole {
                 return finish(best, source, target, vertex_map);
             }
+        }
+        tried += 1;
+        // Most maps need none of the others.
+        if tried == 1 {
+            target_numbers.extend(other_target_numberings(target, vertex_map));
         }
     }
     // One that has the target's number of entries may also be one of swapped meshes.
@@ -242,13 +248,13 @@ fn source_numberings(mesh: &Mesh, count: usize) -> Vec<Numbered> {
     found
 }
 
-/// The numberings that the map's entries may be of; the first one is that of the file.
-fn target_numberings(mesh: &Mesh, vertex_map: &[i64]) -> Vec<Numbered> {
+/// The numberings other than that of the file that the map's entries may be of.
+fn other_target_numberings(mesh: &Mesh, vertex_map: &[i64]) -> Vec<Numbered> {
     let vertices = mesh.positions().len();
     let first = first_at_place(mesh);
     let copies =
         first.iter().enumerate().filter(|&(vertex, &first)| vertex as u32 != first).count();
-    let mut found = vec![stored(vertices)];
+    let mut found = Vec::new();
     if copies > 0 {
         let count = vertices - copies;
         let (_, numbers) = places(&first);
