@@ -377,6 +377,14 @@ fn flipped_layouts_are_told_and_flipped_back() {
         let [out, right] = [&bench.texture("out.png"), &right].map(mean);
         assert!((out - right).abs() < 1e-3, "{head}: {out} {right}");
     }
+    // In texels, and in per cent: moving them would tear them apart.
+    for factor in [512.0, 100.0] {
+        derive("head_scaled.obj", "head.obj", &|at| at.map(|value| factor * value));
+        let run =
+            bench.run("pair head_scaled.obj body.obj --vertex-map head_ids.npy -o new.uvpair");
+        let wanted = "warning: head_scaled.obj: most triangles cross borders of UV tiles";
+        assert!(run.code == Some(2) && run.stderr.contains(wanted), "{factor}: {}", run.stderr);
+    }
 }
 
 /// The brightness of a texture, weighted by place, so that what is moved or mirrored differs.
