@@ -145,35 +145,27 @@ fn seams(mesh: &Mesh) -> Vec<[SeamSide; 2]> {
 
 /// The half-edges between UV indices that no other half-edge is between; as [`crate::edges::HalfEdge`].
 fn uv_borders(mesh: &Mesh) -> Vec<u32> {
-    let corners = mesh.uv_faces();
-    let ends = |half: u32| {
-        let corners = corners[half as usize / 3];
-        let [from, to] = [corners[half as usize % 3], corners[(half as usize % 3 + 1) % 3]];
-        [from.min(to), from.max(to)]
+    let halves = || {
+        let of_face = |&[a, b, c]: &[u32; 3]| [[a, b], [b, c], [c, a]];
+        (0..).zip(mesh.uv_faces().iter().flat_map(of_face))
     };
-    let halves = 0..3 * corners.len() as u32;
-    // Sorted by the lower index, by counting; then by the higher one, a few each.
-    let mut starts = vec![0_u32; mesh.uv().len() + 1];
-    halves.clone().for_each(|half| starts[ends(half)[0] as usize + 1] += 1);
-    for index in 0..mesh.uv().len() {
-        starts[index + 1] += starts[index];
+    // Where each half-edge has one in the opposite direction, as many come from an index as go to it,
+    // from and to the same others: the differences of their sums are 0. Others are candidates.
+    let mut balances = vec![0_u32; mesh.uv().len()];
+    let scattered = |index: u32| (index + 1).wrapping_mul(0x9e37_79b9);
+    for (_, [from, to]) in halves() {
+        let [out, into] = [from, to].map(|index| index as usize);
+        balances[out] = balances[out].wrapping_add(scattered(to));
+        balances[into] = balances[into].wrapping_sub(scattered(from));
     }
-    let mut next = starts.clone();
-    let mut sorted = vec![(0, 0); halves.len()];
-    for half in halves {
-        let [low, high] = ends(half);
-        let place = &mut next[low as usize];
-        sorted[*place as usize] = (high, half);
-        *place += 1;
-    }
-    let mut found = Vec::new();
-    for bounds in starts.windows(2) {
-        let at_low = &mut sorted[bounds[0] as usize..bounds[1] as usize];
-        at_low.sort_unstable();
-        let alone = at_low.chunk_by(|a, b| a.0 == b.0).filter(|group| group.len() == 1);
-        found.extend(alone.map(|group| group[0].1));
-    }
-    found
+    let is_candidate =
+        |(_, ends): &(u32, [u32; 2])| ends.iter().all(|&at| balances[at as usize] != 0);
+    let candidates = halves().filter(is_candidate);
+    let mut candidates: Vec<([u32; 2], u32)> =
+        candidates.map(|(half, [from, to])| ([from.min(to), from.max(to)], half)).collect();
+    candidates.sort_unstable();
+    let alone = candidates.chunk_by(|a, b| a.0 == b.0).filter(|group| group.len() == 1);
+    alone.map(|group| group[0].1).collect()
 }
 
 /// The positions of a half-edge's ends, as bits.
@@ -320,8 +312,9 @@ impl<'a> LayoutProbe<'a> {
             .zip(0..)
             .filter_map(|(texel, slot)| texel.map(|(row, column)| (row, column, slot)))
             .collect();
-        // In one number, which is faster to compare; sides of textures have 16 bits.
-        places.sort_unstable_by_key(|&(row, column, slot)| {
+        // The grid is in this order already, which a stable sort uses. In one number, which is faster to
+        // compare; sides of textures have 16 bits.
+        places.sort_by_key(|&(row, column, slot)| {
             u64::from(row) << 48 | u64::from(column) << 32 | u64::from(slot)
         });
         let slots = (GRID * GRID) as usize + 2 * (layouts[0].seams.len() + layouts[1].seams.len());

@@ -141,9 +141,10 @@ fn check_reach(file: &pair_file::PairFile, report: &PairReport) -> anyhow::Resul
                 side.size
             )));
         }
-        // Counted only where islands overlap, which is rare.
-        let is_covered = side.linked < side.faces && side.texels.overlapping > 0;
-        let owned = if is_covered { owned_share(&file.pair, direction) } else { 1.0 };
+        // Counted only where it may be so: others own no more than the overlapping texels.
+        let least = 1.0 - side.texels.overlapping as f64 / side.texels.linked as f64;
+        let may_be_few = side.linked < side.faces && least < FEW_OWNED;
+        let owned = if may_be_few { owned_share(&file.pair, direction) } else { 1.0 };
         if owned < FEW_OWNED {
             warn(format!(
                 "{name}: linked triangles own only {:.0} % of the texels below them; the others belong \
