@@ -475,6 +475,28 @@ fn pictures_for_other_layouts_are_told() {
     assert!(5 * found >= 4 * wrong, "{found} of {wrong}");
 }
 
+#[test]
+fn pictures_that_show_no_colours_are_told() {
+    let bench = Bench::of_figure(&Figure::new(), 128);
+    let transfer = |name: &str| {
+        let run = bench.run(&format!("transfer demo.uvpair {name} --onto base.png -o out.png"));
+        assert_eq!(run.code, Some(0), "{}", run.stderr);
+        run.stderr
+    };
+    bench.paint("clear.png", (128, 128), Channels::Rgba, &[200, 150, 120, 0]);
+    assert!(transfer("clear.png").contains("clear.png: transparent on all islands"));
+    bench.draw("normals.png", (128, 128), |x, y| [118 + (x % 20) as u8, 118 + (y % 20) as u8, 254]);
+    assert!(transfer("normals.png").contains("normals.png: looks like a normal map"));
+    // As data, and colours of the same kind.
+    bench.succeed("transfer demo.uvpair --map normal=normals.png --size 128 -o out");
+    bench.paint("half.png", (128, 128), Channels::Rgba, &[200, 150, 120, 1]);
+    bench.paint("blue.png", (128, 128), Channels::Rgb, &[70, 100, 235]);
+    bench.paint("lilac.png", (128, 128), Channels::Rgb, &[160, 150, 230]);
+    for name in ["half.png", "blue.png", "lilac.png"] {
+        assert_eq!(transfer(name), "", "{name}");
+    }
+}
+
 fn brighter(texture: &Texture) -> Texture {
     let size = texture.size();
     let places = (0..size.height).flat_map(|y| (0..size.width).map(move |x| (x, y)));

@@ -40,7 +40,7 @@ pub struct LayoutChecks {
 }
 
 impl LayoutChecks {
-    /// A warning of a texture that contradicts the layout that is read.
+    /// A warning of a texture that contradicts the layout that is read, or shows no colours there.
     ///
     /// - `rows`: those that are sure to be decoded.
     /// - `name`: of the texture.
@@ -54,6 +54,9 @@ impl LayoutChecks {
         let [from, to] = self.points(checked);
         let mut probe = LayoutProbe::new([from, to], texture.size()).above(rows);
         probe.look(0, texture);
+        if let Some(oddity) = probe.oddity() {
+            return Some(oddity.text(name));
+        }
         let misfit = probe.misfit()?;
         let [from, to] = CheckedPair::ordered(checked.names, checked.direction);
         let hint = "; are the arguments swapped, or is `reverse` missing or too much?";

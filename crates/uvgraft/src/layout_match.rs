@@ -284,6 +284,34 @@ impl Misfit {
     }
 }
 
+/// What makes a picture no texture of colours.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Oddity {
+    /// Transparent on all islands of its layout.
+    Transparent,
+    /// A normal map.
+    Normals,
+}
+
+impl Oddity {
+    /// What is odd.
+    ///
+    /// - `picture`: its name.
+    pub fn text(self, picture: &str) -> String {
+        match self {
+            Self::Transparent => {
+                format!(
+                    "{picture}: transparent on all islands of its layout, so nothing of it is seen"
+                )
+            }
+            Self::Normals => format!(
+                "{picture}: looks like a normal map, whose directions are kept as colours here; `map` \
+                 normal=… turns them"
+            ),
+        }
+    }
+}
+
 /// Looks at a picture, as a whole or band by band, at the points of two layouts.
 #[derive(Debug)]
 pub struct LayoutProbe<'a> {
@@ -367,6 +395,26 @@ impl<'a> LayoutProbe<'a> {
             return [LayoutFit::default(); 2];
         }
         [of_layout(self.layouts[0], &seams[..first]), of_layout(self.layouts[1], &seams[first..])]
+    }
+
+    /// What is odd about what the picture shows on the islands of the layout that it should have.
+    pub fn oddity(&self) -> Option<Oddity> {
+        let covered = self.colors.iter().zip(&self.layouts[0].is_covered);
+        let seen = covered.filter(|(color, is_covered)| **is_covered && is_seen(color));
+        let seen: Vec<[f32; 4]> = seen.map(|(color, _)| *color).collect();
+        let shown = || seen.iter().filter(|color| color[3] > 0.0);
+        let count = shown().count();
+        if count == 0 {
+            return (!seen.is_empty()).then_some(Oddity::Transparent);
+        }
+        // Normals have a length of 1, and are those of the surface itself in the mean. Blue paint may have
+        // the length, too, but not the direction.
+        let direction = |&[r, g, b, _]: &[f32; 4]| [r, g, b].map(|value| 2.0 * value - 1.0);
+        let is_unit = |[x, y, z]: &[f32; 3]| (0.9..1.1).contains(&(x * x + y * y + z * z).sqrt());
+        let units = shown().map(direction).filter(is_unit).count();
+        let mean = |k: usize| shown().map(|color| direction(color)[k]).sum::<f32>() / count as f32;
+        let is_upright = mean(0).abs().max(mean(1).abs()) < 0.15 && mean(2) > 0.75;
+        (is_upright && 10 * units >= 9 * count).then_some(Oddity::Normals)
     }
 
     /// What is wrong with the picture; `None` if it may well be right.

@@ -47,8 +47,16 @@ pub(super) fn warn_of_outside(meshes: [&Mesh; 2], names: [&str; 2], observer: &d
 
 /// Warns of UV coordinates in which most triangles are larger than a tile.
 pub(super) fn warn_of_size(mesh: &Mesh, name: &str, observer: &dyn Observer) {
-    let is_in_no_tile = |face: &usize| mesh.is_outside(*face) && mesh.tile(*face).is_none();
-    let count = (0..mesh.faces().len()).filter(is_in_no_tile).count();
+    let crosses = |face: &usize| {
+        let corners = mesh.uv_triangle(*face);
+        (0..2).any(|axis| {
+            let values = corners.map(|corner| corner[axis]);
+            let low = values.into_iter().fold(f32::INFINITY, f32::min);
+            let high = values.into_iter().fold(f32::NEG_INFINITY, f32::max);
+            high.ceil() - low.floor() > 1.0
+        })
+    };
+    let count = (0..mesh.faces().len()).filter(crosses).count();
     if 2 * count <= mesh.faces().len() {
         return;
     }
