@@ -702,7 +702,8 @@ fn changed_masks_count_where_outputs_exist() {
 fn colours_that_cannot_be_compared_are_left() {
     let bench = dressed();
     bench.paint("small.png", (64, 64), Channels::Rgb, &SKIN);
-    bench.draw("clear.png", (64, 64), |_, _| [1, 2, 3, 0]);
+    let in_the_middle = |x: u32, y: u32| [x, y].iter().all(|at| (24..40).contains(at));
+    bench.draw("clear.png", (64, 64), |x, y| [1, 2, 3, if in_the_middle(x, y) { 255 } else { 0 }]);
     for (line, why) in [
         (
             "base.png --reverse --onto small.png --blend membrane",
