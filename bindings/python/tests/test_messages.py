@@ -38,8 +38,9 @@ def messages():
 
 
 def parameters():
-    """Return the names of all parameters of the functions that run requests."""
+    """Return the names of all parameters of the functions that run requests, and of a pair's."""
     functions = [
+        uvgraft.Pair,
         uvgraft.avatar,
         uvgraft.avatar_from_photos,
         uvgraft.selfie,
