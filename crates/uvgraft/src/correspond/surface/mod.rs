@@ -176,7 +176,8 @@ pub struct SurfaceReport {
 impl SurfaceReport {
     /// A warning, if the alignment lays the face of one head over another side of the other.
     pub fn warning(&self) -> Option<String> {
-        /// Where heads were found right, their faces were up to 8 degrees apart.
+        /// Right landmarks between FLAME, SMPL-X and HiFi3D++ turn faces by up to 5 degrees, those of a face
+        /// on a nape or upside down by 180.
         const MOST: f64 = 60.0;
         let degrees = self.heads_turned.filter(|&degrees| degrees > MOST)?;
         Some(format!(
