@@ -5,7 +5,7 @@
 //! teeth. A map counts the vertices before that. Which numbering it means is decided by the faces that
 //! it links: a wrong one links next to none.
 
-use std::fmt;
+use std::{fmt, iter};
 
 use super::places::{first_at_place, places};
 use super::topology::{self, TopologyReport};
@@ -125,12 +125,14 @@ pub fn link_by_vertex_map(
         return Err(LinkError::length(vertex_map, source, target));
     }
     let mut best: Option<Attempt> = None;
-    let mut target_numbers = vec![stored(vertices)];
-    let mut tried = 0;
-    while let Some(target_number) = target_numbers.get(tried) {
+    // Most maps need none of the others.
+    let others = iter::once_with(|| other_target_numberings(target, vertex_map)).flatten();
+    let mut target_numbers = 0;
+    for target_number in iter::once(stored(vertices)).chain(others) {
+        target_numbers += 1;
         for source_number in &source_numbers {
             let attempt =
-                Attempt::new([source, target], [source_number, target_number], vertex_map);
+                Attempt::new([source, target], [source_number, &target_number], vertex_map);
             let is_better =
                 attempt.pieces.len() > best.as_ref().map_or(0, |best| best.pieces.len());
             let is_whole = attempt.share() >= 1.0;
@@ -141,14 +143,9 @@ pub fn link_by_vertex_map(
                 return finish(best, source, target, vertex_map);
             }
         }
-        tried += 1;
-        // Most maps need none of the others.
-        if tried == 1 {
-            target_numbers.extend(other_target_numberings(target, vertex_map));
-        }
     }
     // One that has the target's number of entries may also be one of swapped meshes.
-    let is_split = target_numbers.len() > 1 || !is_stored && vertex_map.len() != vertices;
+    let is_split = target_numbers > 1 || !is_stored && vertex_map.len() != vertices;
     if is_split && best.as_ref().is_none_or(|best| best.share() < DISORDERED) {
         let (mut source, mut target) = (source.clone(), target.clone());
         if let Ok((pieces, report)) = topology::pieces(&mut source, &mut target) {
