@@ -3,6 +3,7 @@
 use std::collections::HashMap;
 
 use glam::DVec3;
+use uvgraft::mesh::bits_of;
 
 /// The unit normal at each vertex, by area; zero where there is none. Vertices are not welded.
 pub(crate) fn normals(positions: &[[f32; 3]], faces: &[[u32; 3]]) -> Vec<DVec3> {
@@ -15,8 +16,8 @@ pub(crate) fn normals(positions: &[[f32; 3]], faces: &[[u32; 3]]) -> Vec<DVec3> 
     // Split along UV seams, a vertex sees only the triangles on its side.
     let mut at_position: HashMap<[u32; 3], DVec3> = HashMap::new();
     for (position, normal) in positions.iter().zip(&normals) {
-        *at_position.entry(position.map(|value| (value + 0.0).to_bits())).or_default() += *normal;
+        *at_position.entry(bits_of(*position)).or_default() += *normal;
     }
-    let whole = |position: &[f32; 3]| at_position[&position.map(|value| (value + 0.0).to_bits())];
+    let whole = |position: &[f32; 3]| at_position[&bits_of(*position)];
     positions.iter().map(|position| whole(position).normalize_or_zero()).collect()
 }

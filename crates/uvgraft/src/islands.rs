@@ -5,7 +5,7 @@
 //! coordinate for every face.
 
 use crate::disjoint::DisjointSets;
-use crate::mesh::{Mesh, doubled_area};
+use crate::mesh::{Mesh, bits_of, doubled_area};
 use crate::piece::wide;
 use crate::threads::map_indices;
 
@@ -77,10 +77,7 @@ pub(crate) fn weld_corners(
 ) -> (Vec<[u32; 3]>, u32) {
     /// Of a vertex that no corner has seen; no coordinate is NaN.
     const UNSEEN: [u32; 2] = [u32::MAX; 2];
-    let key = |uv: u32| {
-        // Adding 0.0 turns -0.0 into 0.0.
-        mesh.uv()[uv as usize].map(|value| (value + 0.0).to_bits())
-    };
+    let key = |uv: u32| bits_of(mesh.uv()[uv as usize]);
     let corners = || vertices.as_flattened().iter().zip(mesh.uv_faces().as_flattened());
     // Most vertices have one coordinate. Those of the others, which lie on seams, are sorted.
     let mut first = vec![UNSEEN; vertex_count];

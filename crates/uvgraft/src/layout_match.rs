@@ -8,7 +8,8 @@
 //! and captured heads have light of their own on either side of the seam at the back. So what is found
 //! is a warning at most, and only where the picture contradicts its layout clearly.
 
-use crate::mesh::Mesh;
+use crate::mesh::{Mesh, bits_of};
+use crate::raster::{ScanTriangle, corners_px};
 use crate::texture::{Size, Texture};
 
 /// Points of the silhouette along each side of the square.
@@ -76,41 +77,20 @@ impl SeamSide {
 impl LayoutPoints {
     /// Finds the places of a layout.
     pub fn new(mesh: &Mesh) -> Self {
-        let faces = || (0..mesh.faces().len()).filter(|&face| !mesh.is_outside(face));
-        let mut is_covered = vec![false; (GRID * GRID) as usize];
-        faces().for_each(|face| cover(&mut is_covered, mesh.uv_triangle(face)));
+        let size = Size::square(GRID);
+        let mut is_covered = vec![false; size.texels()];
+        let faces = (0..mesh.faces().len()).filter(|&face| !mesh.is_outside(face));
+        for triangle in
+            faces.filter_map(|face| ScanTriangle::new(corners_px(mesh, face, size), size))
+        {
+            for (row, columns) in triangle.spans(&(0..GRID)) {
+                let row = &mut is_covered[(row * GRID) as usize..][..GRID as usize];
+                row[columns.start as usize..columns.end as usize].fill(true);
+            }
+        }
         let seams = seams(mesh);
         let step = seams.len().div_ceil(MAX_SEAMS).max(1);
         Self { is_covered, seams: seams.into_iter().step_by(step).collect() }
-    }
-}
-
-/// Marks the points of the grid that a triangle covers.
-fn cover(is_covered: &mut [bool], triangle: [[f32; 2]; 3]) {
-    // Where points are at whole numbers.
-    let corners = triangle.map(|at| at.map(|value| value * GRID as f32 - 0.5));
-    let within = |low: f32, high: f32| {
-        let end = (high.floor() + 1.0).clamp(0.0, GRID as f32);
-        (low.ceil().max(0.0) as usize)..(end as usize)
-    };
-    let rows = corners.map(|[_, y]| y);
-    let low = rows.into_iter().fold(f32::INFINITY, f32::min);
-    let high = rows.into_iter().fold(f32::NEG_INFINITY, f32::max);
-    for row in within(low, high) {
-        let y = row as f32;
-        let (mut left, mut right) = (f32::INFINITY, f32::NEG_INFINITY);
-        for k in 0..3 {
-            let ([x0, y0], [x1, y1]) = (corners[k], corners[(k + 1) % 3]);
-            if (y0 <= y) != (y1 <= y) {
-                let x = x0 + (y - y0) / (y1 - y0) * (x1 - x0);
-                (left, right) = (left.min(x), right.max(x));
-            }
-        }
-        let columns = within(left, right);
-        if !columns.is_empty() {
-            let start = row * GRID as usize;
-            is_covered[start + columns.start..start + columns.end].fill(true);
-        }
     }
 }
 
@@ -171,9 +151,8 @@ fn uv_borders(mesh: &Mesh) -> Vec<u32> {
 /// The positions of a half-edge's ends, as bits.
 fn place_bits(mesh: &Mesh, half: u32) -> [[u32; 3]; 2] {
     let face = mesh.faces()[half as usize / 3];
-    // Adding 0.0 turns -0.0 into 0.0.
     [half as usize % 3, (half as usize % 3 + 1) % 3]
-        .map(|corner| mesh.positions()[face[corner] as usize].map(|value| (value + 0.0).to_bits()))
+        .map(|corner| bits_of(mesh.positions()[face[corner] as usize]))
 }
 
 /// How well a picture fits a layout.
@@ -407,8 +386,8 @@ impl<'a> LayoutProbe<'a> {
         if count == 0 {
             return (!seen.is_empty()).then_some(Oddity::Transparent);
         }
-        // Normals have a length of 1, and are those of the surface itself in the mean. Blue paint may have
-        // the length, too, but not the direction.
+        // Normals have a length of 1, and are those of the surface itself in the mean: a relief that tilts all
+        // of them by 40 degrees has 0.77 upwards. Blue paint may have the length, but not the direction.
         let direction = |&[r, g, b, _]: &[f32; 4]| [r, g, b].map(|value| 2.0 * value - 1.0);
         let is_unit = |[x, y, z]: &[f32; 3]| (0.9..1.1).contains(&(x * x + y * y + z * z).sqrt());
         let units = shown().map(direction).filter(is_unit).count();

@@ -13,6 +13,11 @@ use glam::{DVec3, Vec3};
 pub(crate) use tiles::Placement;
 pub use tiles::TileFaces;
 
+/// The bits of a position or a coordinate, the same for equal ones: adding 0.0 turns −0 into +0.
+pub fn bits_of<const N: usize>(values: [f32; N]) -> [u32; N] {
+    values.map(|value| (value + 0.0).to_bits())
+}
+
 /// A mesh with a position and a UV coordinate at every corner.
 ///
 /// Polygons are triangulated as fans around their first corner; [`Mesh::polygon`] returns the

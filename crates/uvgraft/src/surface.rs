@@ -4,7 +4,7 @@ use std::collections::HashMap;
 
 use glam::{DVec3, Vec3};
 
-use crate::mesh::Mesh;
+use crate::mesh::{Mesh, bits_of};
 
 /// The triangles of a mesh over welded points. Vertices on open edges are merged if they
 /// share a position, so vertices that an exporter split along UV seams don't cut the surface.
@@ -38,9 +38,7 @@ impl Surface {
                 if !is_open {
                     return push(position);
                 }
-                // Adding 0.0 turns -0.0 into 0.0.
-                let key = position.map(|value| (value + 0.0).to_bits());
-                *known.entry(key).or_insert_with(|| push(position))
+                *known.entry(bits_of(*position)).or_insert_with(|| push(position))
             })
             .collect();
         let triangles: Vec<[u32; 3]> = mesh

@@ -25,7 +25,7 @@ use bevy_mikktspace::{Geometry, TangentSpace, generate_tangents};
 use glam::{DVec3, Vec3};
 
 use crate::directions::{direction, perpendicular};
-use crate::mesh::Mesh;
+use crate::mesh::{Mesh, bits_of};
 use crate::threads::map_indices;
 
 /// MikkTSpace compares the triangles around a vertex pairwise and recursively. Triangles at
@@ -103,7 +103,7 @@ impl Welded {
     fn new(mesh: &Mesh) -> Self {
         let mut ids = Ids::default();
         let vertices: Vec<u32> =
-            mesh.positions().iter().map(|&position| ids.id(bits(position))).collect();
+            mesh.positions().iter().map(|&position| ids.id(bits_of(position))).collect();
         let corners =
             mesh.faces().iter().map(|face| face.map(|vertex| vertices[vertex as usize])).collect();
         Self { corners, count: ids.0.len() }
@@ -129,11 +129,6 @@ impl<K: Hash + Eq> Ids<K> {
         let next = self.0.len() as u32;
         *self.0.entry(key).or_insert(next)
     }
-}
-
-/// Bit patterns that are equal for equal values: adding 0.0 turns −0 into +0.
-fn bits<const N: usize>(values: [f32; N]) -> [u32; N] {
-    values.map(|value| (value + 0.0).to_bits())
 }
 
 fn dvec3(vector: [f32; 3]) -> DVec3 {
@@ -269,7 +264,7 @@ impl<'a> Surface<'a> {
     fn key(&self, face: u32, corner: usize) -> ([u32; 3], [u32; 2]) {
         let vertex = self.mesh.faces()[face as usize][corner];
         let uv = self.mesh.uv_faces()[face as usize][corner];
-        (bits(self.mesh.positions()[vertex as usize]), bits(self.mesh.uv()[uv as usize]))
+        (bits_of(self.mesh.positions()[vertex as usize]), bits_of(self.mesh.uv()[uv as usize]))
     }
 }
 

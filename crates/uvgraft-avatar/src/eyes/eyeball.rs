@@ -5,6 +5,7 @@ use std::collections::HashMap;
 use glam::{DMat3, DVec3, Vec3};
 use uvgraft::Mesh;
 use uvgraft::disjoint::DisjointSets;
+use uvgraft::mesh::bits_of;
 
 use crate::Avatar;
 use crate::rig::HumanBone;
@@ -32,8 +33,7 @@ pub fn pieces(mesh: &Mesh) -> Vec<u32> {
     let mut sets = DisjointSets::new(count);
     let mut known = HashMap::new();
     for (vertex, position) in (0..).zip(mesh.positions()) {
-        let key = position.map(|value| (value + 0.0).to_bits());
-        sets.join(vertex, *known.entry(key).or_insert(vertex));
+        sets.join(vertex, *known.entry(bits_of(*position)).or_insert(vertex));
     }
     for &[a, b, c] in mesh.faces() {
         sets.join(a, b);

@@ -8,6 +8,7 @@ use glam::Vec3;
 use uvgraft::Mesh;
 use uvgraft::anatomy::HeadFrame;
 use uvgraft::disjoint::DisjointSets;
+use uvgraft::mesh::bits_of;
 
 use crate::ray::{TriangleHit, intersect};
 
@@ -92,8 +93,7 @@ impl Surface {
             sets.join(a, b);
         };
         for (vertex, place) in (0..).zip(mesh.positions()) {
-            let key = place.map(|value| (value + 0.0).to_bits());
-            join(*known.entry(key).or_insert(vertex), vertex);
+            join(*known.entry(bits_of(*place)).or_insert(vertex), vertex);
         }
         for &[a, b, c] in &triangles {
             [(a, b), (b, c), (c, a)].into_iter().for_each(|(a, b)| join(a, b));

@@ -8,6 +8,7 @@ use std::collections::HashMap;
 
 use glam::Vec3;
 use uvgraft::Mesh;
+use uvgraft::mesh::bits_of;
 
 /// Shading normals of a mesh. Vertices at the same position share one normal, even if seams of the
 /// layout or the file split them.
@@ -26,8 +27,7 @@ impl<'a> Shading<'a> {
         let mut known = HashMap::with_capacity(mesh.positions().len());
         let point = |position: &[f32; 3]| {
             let next = known.len() as u32;
-            // Adding 0.0 turns -0.0 into 0.0.
-            *known.entry(position.map(|value| (value + 0.0).to_bits())).or_insert(next)
+            *known.entry(bits_of(*position)).or_insert(next)
         };
         let point_of_vertex: Vec<u32> = mesh.positions().iter().map(point).collect();
         let mut shading = Self {

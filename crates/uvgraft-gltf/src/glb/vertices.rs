@@ -3,6 +3,7 @@
 
 use std::collections::HashMap;
 
+use uvgraft::mesh::bits_of;
 use uvgraft::{Mesh, TangentFrames};
 
 use super::shading::Shading;
@@ -67,10 +68,7 @@ impl Vertices {
                     let [x, y, z] = frame.tangent;
                     [x, y, z, frame.sign]
                 });
-                // Adding 0.0 turns -0.0 into 0.0.
-                let bits = |value: f32| (value + 0.0).to_bits();
-                let key =
-                    (vertex, material, uv.map(bits), tangent.map(|tangent| tangent.map(bits)));
+                let key = (vertex, material, bits_of(uv), tangent.map(bits_of));
                 let index = *known.entry(key).or_insert_with(|| {
                     vertices.from.push(vertex);
                     vertices.materials.push(material);

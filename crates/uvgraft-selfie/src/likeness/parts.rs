@@ -3,6 +3,7 @@
 use std::collections::HashMap;
 
 use uvgraft::disjoint::DisjointSets;
+use uvgraft::mesh::bits_of;
 use uvgraft::{Mesh, Pair};
 
 /// The connected parts of a pair's target. Vertices at the same position are one point.
@@ -26,10 +27,7 @@ impl<'a> BodyParts<'a> {
         let mut at_position = HashMap::new();
         let point: Vec<u32> = (0..)
             .zip(mesh.positions())
-            .map(|(vertex, position)| {
-                let key = position.map(|value| (value + 0.0).to_bits());
-                *at_position.entry(key).or_insert(vertex)
-            })
+            .map(|(vertex, position)| *at_position.entry(bits_of(*position)).or_insert(vertex))
             .collect();
         let mut body = Self { mesh, is_linked, point, parts: Vec::new(), skin: 0 };
         let mut sets = body.connected(|_| true);

@@ -5,7 +5,7 @@ use glam::{DVec3, Vec3};
 use super::AnatomyError;
 use crate::directions::direction;
 use crate::disjoint::DisjointSets;
-use crate::mesh::Mesh;
+use crate::mesh::{Mesh, bits_of};
 
 /// With fewer points or triangles, no face can be detected.
 pub(super) const MIN_POINTS: usize = 120;
@@ -80,8 +80,7 @@ fn weld(mesh: &Mesh) -> (Vec<u32>, Vec<DVec3>) {
     let mut table = vec![EMPTY; mask + 1];
     let mut first_vertex: Vec<u32> = Vec::with_capacity(vertices.len());
     let mut of_vertex = Vec::with_capacity(vertices.len());
-    // Adding 0.0 turns -0.0 into 0.0.
-    let key = |vertex: usize| vertices[vertex].map(|value| (value + 0.0).to_bits());
+    let key = |vertex: usize| bits_of(vertices[vertex]);
     for vertex in 0..vertices.len() {
         let bits = key(vertex);
         let hash = bits.iter().fold(0u64, |hash, &bits| {

@@ -2,14 +2,12 @@
 
 use std::collections::HashMap;
 
-use crate::mesh::Mesh;
+use crate::mesh::{Mesh, bits_of};
 
 /// For each vertex the first one at the same place.
 pub(super) fn first_at_place(mesh: &Mesh) -> Vec<u32> {
     let mut known = HashMap::new();
-    // Adding 0 makes -0 a 0.
-    let place = |position: &[f32; 3]| position.map(|value| (value + 0.0).to_bits());
-    let vertices = mesh.positions().iter().map(place).zip(0_u32..);
+    let vertices = mesh.positions().iter().map(|&position| bits_of(position)).zip(0_u32..);
     vertices.map(|(place, vertex)| *known.entry(place).or_insert(vertex)).collect()
 }
 
