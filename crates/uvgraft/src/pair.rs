@@ -5,7 +5,6 @@ mod mirroring;
 mod tiles;
 
 pub use layouts::OtherLayouts;
-pub(crate) use layouts::{SIDE as OVERLAP_SIDE, texels_of};
 pub use mirroring::Mirroring;
 
 use crate::mesh::Mesh;

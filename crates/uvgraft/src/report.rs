@@ -3,7 +3,7 @@
 use crate::islands::Islands;
 use crate::map::{MapOptions, MapStats, SamplingMap};
 use crate::mesh::{Mesh, TileFaces, doubled_area};
-use crate::pair::{Direction, OVERLAP_SIDE, Pair, texels_of};
+use crate::pair::{Direction, Pair};
 use crate::piece::{Piece, wide};
 use crate::texture::{Size, Sizes};
 
@@ -100,20 +100,6 @@ impl Percentiles {
         let at = |share: f64| values[(share * last as f64).round() as usize];
         Some(Self { min: at(0.0), p5: at(0.05), median: at(0.5), p95: at(0.95), max: at(1.0) })
     }
-}
-
-/// Share of the texels below linked triangles that these own, 0 to 1; the others belong to triangles that
-/// are not linked and lie above them. 1 where linked triangles have no UV area.
-///
-/// - `direction`: the one that fills the layout.
-pub fn owned_share(pair: &Pair, direction: Direction) -> f64 {
-    let linked = pair.linked(direction);
-    let mut below: Vec<usize> = texels_of(pair.to(direction), &linked).collect();
-    below.sort_unstable();
-    below.dedup();
-    let size = Size::square(OVERLAP_SIDE);
-    let map = SamplingMap::new(pair, direction, size, &MapOptions::with_gutter(0));
-    if below.is_empty() { 1.0 } else { map.stats().linked as f64 / below.len() as f64 }
 }
 
 impl PairReport {

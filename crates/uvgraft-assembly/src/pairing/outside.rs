@@ -38,7 +38,7 @@ pub(super) fn warn_of_outside(meshes: [&Mesh; 2], names: [&str; 2], observer: &d
                 grouped(count - in_tiles)
             );
         }
-        if 2 * count > mesh.faces().len() {
+        if 2 * in_tiles > mesh.faces().len() {
             text += "; `outside` repeat moves them into the unit square";
         }
         observer.warn(text);

@@ -9,14 +9,13 @@ use std::process::ExitCode;
 use std::sync::Arc;
 
 use anyhow::Context;
-use uvgraft::report::owned_share;
-use uvgraft::{Choice, Direction, PairReport, Side};
+use uvgraft::{Choice, PairReport, Side};
 use uvgraft_io::image::Format;
 use uvgraft_io::pair_file;
 use uvgraft_pipeline::Outputs;
 
 use crate::choice::choice;
-use crate::failure::{Notes, bad_input, note, warn};
+use crate::failure::{Notes, bad_input, note};
 use crate::report;
 use uvgraft_assembly::drawing::check_name;
 use uvgraft_assembly::mesh_file::{self, LoadedMesh, MeshFile};
@@ -122,17 +121,9 @@ pub(crate) fn run(args: &Args) -> anyhow::Result<ExitCode> {
     Ok(ExitCode::SUCCESS)
 }
 
-/// Least share of the texels below linked triangles that these should own. SMPL-X's head has 100 %, since
-/// its eyeballs, which overlap, are both linked.
-const FEW_OWNED: f64 = 0.75;
-
-/// Refuses a pair that no texture would be carried by, and warns of one that carries little.
+/// Refuses a pair that no texture would be carried by.
 fn check_reach(file: &pair_file::PairFile, report: &PairReport) -> anyhow::Result<()> {
-    let sides = [
-        (&report.source, &file.source_name, Direction::Reverse),
-        (&report.target, &file.target_name, Direction::Forward),
-    ];
-    for (side, name, direction) in sides {
+    for (side, name) in [(&report.source, &file.source_name), (&report.target, &file.target_name)] {
         if side.texels.linked == 0 {
             let why = side.texels.why_nothing_is_linked();
             return Err(bad_input(format!(
@@ -140,18 +131,6 @@ fn check_reach(file: &pair_file::PairFile, report: &PairReport) -> anyhow::Resul
                 report::grouped(side.linked),
                 side.size
             )));
-        }
-        // Counted only where it may be so: others own no more than the overlapping texels.
-        let least = 1.0 - side.texels.overlapping as f64 / side.texels.linked as f64;
-        let may_be_few = side.linked < side.faces && least < FEW_OWNED;
-        let owned = if may_be_few { owned_share(&file.pair, direction) } else { 1.0 };
-        if owned < FEW_OWNED {
-            warn(format!(
-                "{name}: linked triangles own only {:.0} % of the texels below them; the others belong \
-                 to triangles that are not linked and lie above them. If these have a texture of their \
-                 own, select the part that is meant ({name}#NAME)",
-                100.0 * owned
-            ));
         }
     }
     Ok(())

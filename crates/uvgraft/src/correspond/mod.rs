@@ -15,6 +15,7 @@ pub mod split_vertices;
 pub mod surface;
 pub mod table;
 pub mod topology;
+mod twins;
 mod vertex_map;
 
 pub use find::{By, Correspondence, FindError, FindOptions, Method, Refusal, Refused, find};

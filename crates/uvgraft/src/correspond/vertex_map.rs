@@ -5,13 +5,14 @@
 //! diagonals, the polygon's fan is rotated to the apex that gives the most matching triangles.
 
 use super::places::place_count;
+use super::twins::{self, Twin};
 use crate::mesh::Mesh;
 use crate::pair::Pair;
 use crate::piece::Piece;
 
 /// Why links that were found are none.
 pub(super) const OUTSIDE: &str = "all matching faces have UV coordinates outside the unit square; \
-    `outside` repeat moves them into it";
+    `outside` repeat moves them into it, unless they cross borders of tiles";
 
 /// Why a vertex map can't link two meshes.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
@@ -110,8 +111,7 @@ impl Pair {
 /// - `vertex_map`: `[source vertices]`, the target vertex of each source vertex, or -1 for none.
 ///
 /// Polygons of either mesh may be retriangulated (see the module documentation); triangles never
-/// change. Pieces are in ascending order of their target face. Where several faces have the same
-/// vertices (doubled surfaces), each is linked to every match.
+/// change. Pieces are in ascending order of their target face.
 ///
 /// # Errors
 /// [`LinkError`] for a map of the wrong length or with entries out of range, or if nothing matches.
@@ -136,76 +136,174 @@ fn pieces(
 
 /// Links the triangles whose corners are the same points, given for the vertices of both meshes;
 /// `u32::MAX` for none. Polygons may be retriangulated; pieces are in ascending order of their
-/// target face.
+/// target face. Of several triangles at the same points, each is linked to its own ([`twins`]).
 pub(super) fn link_faces(
     source: &mut Mesh,
     target: &mut Mesh,
     source_point: impl Fn(u32) -> u32,
     target_point: impl Fn(u32) -> u32,
 ) -> Vec<Piece> {
-    rotate_fans(target, &target_point, &sorted_keys(source, &source_point));
-    rotate_fans(source, &source_point, &sorted_keys(target, &target_point));
-    let source_keys = sorted_keys(source, &source_point);
-    let mut found = Vec::with_capacity(source_keys.len());
-    for (target_face, corners) in target.faces().iter().enumerate() {
-        let corners = corners.map(&target_point);
-        let key = face_key(corners);
-        if key[2] == u32::MAX {
-            continue;
-        }
-        let first = source_keys.partition_point(|(other, _)| *other < key);
-        for &(_, source_face) in source_keys[first..].iter().take_while(|(other, _)| *other == key)
-        {
-            let source_corners = source.faces()[source_face as usize].map(&source_point);
-            if let Some(corners) = permutation(corners, source_corners) {
-                found.push(Piece::whole(target_face as u32, source_face, corners));
-            }
-        }
+    let mut source_keys = sorted_keys(source, &source_point);
+    let mut target_keys = sorted_keys(target, &target_point);
+    let is_turned = {
+        let alone = [alone(source, &source_point), alone(target, &target_point)];
+        wind_oppositely([&source_keys, &target_keys], &alone)
+    };
+    if rotate_fans(target, &target_point, &source_keys, is_turned) {
+        target_keys = sorted_keys(target, &target_point);
     }
+    if rotate_fans(source, &source_point, &target_keys, is_turned) {
+        source_keys = sorted_keys(source, &source_point);
+    }
+    let source_points = |face: u32| source.faces()[face as usize].map(&source_point);
+    let target_points = |face: u32| target.faces()[face as usize].map(&target_point);
+    let mut found = Vec::with_capacity(target_keys.len());
+    let mut link = |source_face: u32, target_face: u32| {
+        let corners = permutation(target_points(target_face), source_points(source_face));
+        found.extend(corners.map(|corners| Piece::whole(target_face, source_face, corners)));
+    };
+    let source_twin = |it: &Keyed| Twin::new(source, it.face, source_points(it.face), is_turned);
+    let target_twin = |it: &Keyed| Twin::new(target, it.face, target_points(it.face), false);
+    for_each_group(&source_keys, &target_keys, |sources, targets| {
+        if let ([one], [other]) = (sources, targets) {
+            return link(one.face, other.face);
+        }
+        let sources: Vec<Twin> = sources.iter().map(source_twin).collect();
+        let targets: Vec<Twin> = targets.iter().map(target_twin).collect();
+        twins::matched(&sources, &targets).into_iter().for_each(|[one, other]| link(one, other));
+    });
+    // Those of one face stay in their order.
+    found.sort_by_key(|piece| piece.target);
     found
 }
 
-type FaceKey = [u32; 3];
-
-fn face_key(mut corners: [u32; 3]) -> FaceKey {
-    corners.sort_unstable();
-    corners
+/// A triangle by its points.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+struct Keyed {
+    /// Its points, ascending.
+    points: [u32; 3],
+    /// Whether its corners are an odd permutation of them.
+    is_odd: bool,
+    face: u32,
 }
 
-/// The sorted vertices of each face with its index, sorted; equal keys are in ascending
-/// face order. Faces with a vertex that has no counterpart are left out.
-fn sorted_keys(mesh: &Mesh, common: impl Fn(u32) -> u32) -> Vec<(FaceKey, u32)> {
-    let mut keys: Vec<(FaceKey, u32)> = mesh
-        .faces()
-        .iter()
-        .zip(0..)
-        .map(|(corners, face)| (face_key(corners.map(&common)), face))
-        .filter(|(key, _)| key[2] != u32::MAX)
+impl Keyed {
+    fn new(mut points: [u32; 3], face: u32) -> Self {
+        let is_odd = twins::is_odd(points);
+        points.sort_unstable();
+        Self { points, is_odd, face }
+    }
+}
+
+/// The triangles of a mesh by their points, sorted. Those with a vertex that has no counterpart are
+/// left out.
+fn sorted_keys(mesh: &Mesh, point: impl Fn(u32) -> u32) -> Vec<Keyed> {
+    let mut keys: Vec<Keyed> = (0..)
+        .zip(mesh.faces())
+        .map(|(face, corners)| Keyed::new(corners.map(&point), face))
+        .filter(|keyed| keyed.points[2] != u32::MAX)
         .collect();
     keys.sort_unstable();
     keys
 }
 
-/// Rotates each polygon's fan to the apex for which most of its triangles are among `others`.
-fn rotate_fans(mesh: &mut Mesh, common: impl Fn(u32) -> u32, others: &[(FaceKey, u32)]) {
-    let known = |corners: [u32; 3]| {
-        let key = face_key(corners.map(&common));
-        others.binary_search_by_key(&key, |(other, _)| *other).is_ok()
+/// Calls `visit` with the triangles of both meshes at the same points, for all points.
+fn for_each_group(
+    sources: &[Keyed],
+    targets: &[Keyed],
+    mut visit: impl FnMut(&[Keyed], &[Keyed]),
+) {
+    fn groups(keys: &[Keyed]) -> impl Iterator<Item = &[Keyed]> {
+        keys.chunk_by(|one, other| one.points == other.points)
+    }
+    let mut others = groups(targets).peekable();
+    for group in groups(sources) {
+        let points = group[0].points;
+        while others.next_if(|other| other[0].points < points).is_some() {}
+        if let Some(other) = others.next_if(|other| other[0].points == points) {
+            visit(group, other);
+        }
+    }
+}
+
+/// Whether one mesh is inside out, compared with the other, by the triangles of polygons that are
+/// alone at their points.
+fn wind_oppositely(keys: [&[Keyed]; 2], alone: &[Vec<bool>; 2]) -> bool {
+    let (mut alike, mut opposite) = (0, 0);
+    for_each_group(keys[0], keys[1], |sources, targets| {
+        if let ([source], [target]) = (sources, targets)
+            && alone[0][source.face as usize]
+            && alone[1][target.face as usize]
+        {
+            *if source.is_odd == target.is_odd { &mut alike } else { &mut opposite } += 1;
+        }
+    });
+    opposite > alike
+}
+
+/// For each triangle, whether no other polygon has the points of its polygon.
+fn alone(mesh: &Mesh, point: impl Fn(u32) -> u32) -> Vec<bool> {
+    // Independent of where a polygon starts and how it winds.
+    let sum = |polygon: usize| {
+        let corners = mesh.polygon_corners(polygon);
+        corners.iter().map(|corner| scrambled(point(corner.vertex))).fold(0, u64::wrapping_add)
     };
+    let sums: Vec<u64> = (0..mesh.polygon_count()).map(sum).collect();
+    let mut order: Vec<u32> = (0..sums.len() as u32).collect();
+    order.sort_unstable_by_key(|&polygon| sums[polygon as usize]);
+    let mut alone = vec![false; mesh.faces().len()];
+    for group in order.chunk_by(|&one, &other| sums[one as usize] == sums[other as usize]) {
+        if let &[polygon] = group {
+            alone[mesh.polygon(polygon as usize)].fill(true);
+        }
+    }
+    alone
+}
+
+/// A number for each point, such that sums of several are different in practice.
+fn scrambled(point: u32) -> u64 {
+    let spread = (u64::from(point) + 1).wrapping_mul(0x9e37_79b9_7f4a_7c15);
+    (spread ^ (spread >> 29)).wrapping_mul(0xbf58_476d_1ce4_e5b9).rotate_left(27)
+}
+
+/// Rotates each polygon's fan to the apex for which most of its triangles are among `others`, and of
+/// those to the one where most wind as they do there. Returns whether any fan was rotated.
+///
+/// - `is_turned`: whether the other mesh is inside out, compared with this one.
+fn rotate_fans(
+    mesh: &mut Mesh,
+    point: impl Fn(u32) -> u32,
+    others: &[Keyed],
+    is_turned: bool,
+) -> bool {
+    let is_among = |points: [u32; 3], is_odd: bool| {
+        let order = |other: &Keyed| (other.points, other.is_odd).cmp(&(points, is_odd));
+        others.binary_search_by(order).is_ok()
+    };
+    let mut any = false;
     for polygon in 0..mesh.polygon_count() {
         if mesh.polygon(polygon).len() == 1 {
             continue;
         }
         let corners = mesh.polygon_corners(polygon);
         let matches = |apex: usize| {
-            let at = |k: usize| corners[(apex + k) % corners.len()].vertex;
-            (1..corners.len() - 1).filter(|&k| known([at(0), at(k), at(k + 1)])).count()
+            let at = |k: usize| point(corners[(apex + k) % corners.len()].vertex);
+            let (mut found, mut alike) = (0, 0);
+            for k in 1..corners.len() - 1 {
+                let Keyed { points, is_odd, .. } = Keyed::new([at(0), at(k), at(k + 1)], 0);
+                let is_alike = is_among(points, is_odd != is_turned);
+                alike += usize::from(is_alike);
+                found += usize::from(is_alike || is_among(points, is_odd == is_turned));
+            }
+            (found, alike)
         };
         let best = (0..corners.len()).rev().max_by_key(|&apex| matches(apex)).unwrap_or(0);
         if best != 0 {
             mesh.refan(polygon, best);
+            any = true;
         }
     }
+    any
 }
 
 /// For each corner of `target`, the corner of `source` with the same vertex; `None` if `target`
@@ -285,6 +383,49 @@ mod tests {
             mesh(&[&[2, 3, 4], &[4, 0, 2], &[0, 1, 2], &[6, 5, 2], &[6, 2, 1]], |vertex| vertex);
         assert_eq!(count(polygons.clone(), triangles.clone(), &identity), (5, 0));
         assert_eq!(count(triangles, polygons, &identity), (5, 0));
+    }
+
+    /// The source face of each target face.
+    fn linked(mut source: Mesh, mut target: Mesh) -> Vec<(u32, u32)> {
+        let identity: Vec<i64> = (0..7).collect();
+        let found = pieces(&mut source, &mut target, &identity).unwrap();
+        found.iter().map(|piece| (piece.target, piece.source)).collect()
+    }
+
+    #[test]
+    fn both_sides_of_a_sheet_are_linked_to_their_own() {
+        let same = |vertex| vertex;
+        let sheet = mesh(&[&[0, 1, 2], &[0, 2, 3], &[2, 1, 0], &[3, 2, 0]], same);
+        assert_eq!(linked(sheet.clone(), sheet.clone()), [(0, 0), (1, 1), (2, 2), (3, 3)]);
+        let reordered = mesh(&[&[3, 2, 0], &[1, 2, 0], &[2, 1, 0], &[0, 2, 3]], same);
+        assert_eq!(linked(sheet.clone(), reordered), [(0, 3), (1, 0), (2, 2), (3, 1)]);
+        // Inside out, which a face that is alone shows.
+        let alone = [&[0, 1, 2][..], &[0, 2, 1], &[1, 6, 5], &[5, 2, 1]];
+        let turned = [&[0, 2, 1][..], &[0, 1, 2], &[1, 5, 6], &[5, 1, 2]];
+        let found = linked(mesh(&alone, same), mesh(&turned, same));
+        assert_eq!(found, [(0, 0), (1, 1), (2, 2), (3, 3)]);
+        // A side that only one of the meshes has.
+        let front = mesh(&[&[0, 1, 2], &[0, 2, 3]], same);
+        assert_eq!(linked(front.clone(), sheet.clone()), [(0, 0), (1, 1), (2, 0), (3, 1)]);
+        assert_eq!(linked(sheet, front), [(0, 0), (0, 2), (1, 1), (1, 3)]);
+    }
+
+    #[test]
+    fn quads_of_both_sides_follow_the_triangles_of_their_own() {
+        let same = |vertex| vertex;
+        let quads = mesh(&[&[0, 1, 2, 3], &[3, 2, 1, 0]], same);
+        // Each side is split along the diagonal that the quad of the other side is split along.
+        let triangles = mesh(&[&[2, 1, 0], &[3, 2, 0], &[1, 2, 3], &[1, 3, 0]], same);
+        for (source, target, front) in
+            [(quads.clone(), triangles.clone(), [2, 3]), (triangles, quads, [0, 1])]
+        {
+            let found = linked(source.clone(), target.clone());
+            assert_eq!(found.len(), 4);
+            for (target, source) in found {
+                let is_front = front.contains(&target);
+                assert_eq!(is_front, if front[0] == 2 { source < 2 } else { source >= 2 });
+            }
+        }
     }
 
     #[test]

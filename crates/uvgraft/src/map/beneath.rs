@@ -24,9 +24,10 @@ impl SamplingMap {
             return None;
         }
         let to = pair.to(self.direction());
-        let precedence = || Precedence::new(to, options.prefer).reversed();
         let (direction, size) = (self.direction(), self.size());
         let oriented = pair.oriented(direction);
+        let precedence =
+            || Precedence::new(to, options.prefer).linked_first(&oriented.pieces).reversed();
         let mut last = build::build(&oriented, direction, size, options.gutter_px, precedence);
         let islands = Islands::new(to);
         let island = |map: &Self, run: &Run| {

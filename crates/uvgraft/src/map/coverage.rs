@@ -90,7 +90,7 @@ impl Coverage {
         let sweep = || Sweep::new(size.width);
         let blocks = map_indices_with(layout.blocks.count(), sweep, |sweep, block| {
             sweep.cover_all(layout, precedence, block);
-            (sweep.spans.block(), sweep.overlapping, std::mem::take(&mut sweep.clashes))
+            (sweep.spans.block(), sweep.overlapping, sweep.take_clashes())
         });
         let overlapping = blocks.iter().map(|(_, overlapping, _)| overlapping).sum();
         let mut clashes: Vec<(u32, u32)> =
@@ -137,9 +137,7 @@ pub(crate) struct Sweep {
     pub spans: Draft<Span>,
     /// Texels of the block that several triangles cover.
     pub overlapping: usize,
-    /// Pairs of islands that share texels, sorted: the island that owns them, then the
-    /// one that lost them.
-    pub clashes: Vec<(u32, u32)>,
+    clashes: Clashes,
 }
 
 /// A span; the texel where it starts follows from where it is stored.
@@ -166,7 +164,7 @@ impl Sweep {
             overlap: OverlapResolver::default(),
             spans: Draft::new(),
             overlapping: 0,
-            clashes: Vec::new(),
+            clashes: Clashes::default(),
         }
     }
 
@@ -228,7 +226,7 @@ impl Sweep {
         self.earlier.clear();
         self.spans.clear();
         self.overlapping = 0;
-        self.clashes.clear();
+        self.clashes = Clashes::default();
     }
 
     /// Stores a span at the texel where it starts.
@@ -250,8 +248,13 @@ impl Sweep {
         for row in 0..rows {
             self.collect_row(row, precedence);
         }
-        self.clashes.sort_unstable();
-        self.clashes.dedup();
+        self.clashes.settle();
+    }
+
+    /// Takes the pairs of islands that share texels of the block, sorted: the island that owns them,
+    /// then the one that lost them.
+    pub fn take_clashes(&mut self) -> Vec<(u32, u32)> {
+        std::mem::take(&mut self.clashes).pairs
     }
 
     /// Moves the stored spans of a row to `spans`, from left to right.
@@ -292,51 +295,49 @@ impl Sweep {
 #[derive(Default)]
 struct OverlapResolver {
     claims: Vec<Span>,
+    /// The owner of each texel.
     owners: Vec<u32>,
-    shared: Vec<bool>,
+    /// For each texel, a texel from which on the next one without an owner is found.
+    free: Vec<u32>,
+    /// How many more spans cover each texel than the one before it.
+    more: Vec<i32>,
 }
 
 impl OverlapResolver {
     /// Replaces the overlapping spans from `first` on by spans of the owners: a texel goes to
-    /// the claimant with the lowest rank of its island, then the lowest face. Returns the
-    /// number of shared texels.
+    /// the claimant with the lowest rank. Returns the number of shared texels.
+    ///
+    /// Claims are served by rank, and each takes what is still free, so that the time grows with the
+    /// number of claims and texels, not with their product.
     fn settle(
         &mut self,
         spans: &mut Vec<Span>,
         first: usize,
         precedence: &Precedence,
-        clashes: &mut Vec<(u32, u32)>,
+        clashes: &mut Clashes,
     ) -> usize {
         self.claims.clear();
         self.claims.extend(spans.drain(first..));
         let left = self.claims[0].start;
         let end = self.claims.iter().map(|span| span.end).max().unwrap_or(left);
-        let island = |face: u32| precedence.of_faces()[face as usize];
+        self.claims.sort_unstable_by_key(|span| precedence.rank(span.face));
         let texels = |span: &Span| (span.start - left) as usize..(span.end - left) as usize;
+        let count = (end - left) as usize;
         self.owners.clear();
-        self.owners.resize((end - left) as usize, NONE);
-        self.shared.clear();
-        self.shared.resize((end - left) as usize, false);
+        self.owners.resize(count, NONE);
+        self.free.clear();
+        self.free.extend(0..=count as u32);
+        self.more.clear();
+        self.more.resize(count + 1, 0);
         for span in &self.claims {
-            let rank = precedence.rank(span.face);
-            for x in texels(span) {
-                let owner = &mut self.owners[x];
-                if *owner == NONE {
-                    *owner = span.face;
-                    continue;
-                }
-                self.shared[x] = true;
-                if rank < precedence.rank(*owner) {
-                    *owner = span.face;
-                }
-            }
-        }
-        for span in &self.claims {
-            for owner in self.owners[texels(span)].chunk_by(|a, b| a == b) {
-                let clash = (island(owner[0]), island(span.face));
-                if clash.0 != clash.1 && clashes.last() != Some(&clash) {
-                    clashes.push(clash);
-                }
+            let texels = texels(span);
+            self.more[texels.start] += 1;
+            self.more[texels.end] -= 1;
+            let mut x = next_free(&mut self.free, texels.start);
+            while x < texels.end {
+                self.owners[x] = span.face;
+                self.free[x] = x as u32 + 1;
+                x = next_free(&mut self.free, x + 1);
             }
         }
         let mut start = left;
@@ -345,7 +346,63 @@ impl OverlapResolver {
             spans.push(Span { start, end, face: owned[0] });
             start = end;
         }
-        self.shared.iter().filter(|&&shared| shared).count()
+        let owned = &spans[first..];
+        let island = |face: u32| precedence.of_faces()[face as usize];
+        for span in &self.claims {
+            let beside = owned.partition_point(|owned| owned.end <= span.start);
+            for owned in owned[beside..].iter().take_while(|owned| owned.start < span.end) {
+                clashes.add(island(owned.face), island(span.face));
+            }
+        }
+        let mut covering = 0;
+        let is_shared = |more: &&i32| {
+            covering += **more;
+            covering > 1
+        };
+        self.more.iter().filter(is_shared).count()
+    }
+}
+
+/// The first texel from `x` on that has no owner, or the number of texels.
+fn next_free(free: &mut [u32], x: usize) -> usize {
+    let mut found = x;
+    while free[found] as usize != found {
+        found = free[found] as usize;
+    }
+    // Later searches from the same texels take one step.
+    let mut at = x;
+    while at != found {
+        at = std::mem::replace(&mut free[at], found as u32) as usize;
+    }
+    found
+}
+
+/// Pairs of islands that share texels: the island that owns them, then the one that lost them.
+#[derive(Default)]
+struct Clashes {
+    pairs: Vec<(u32, u32)>,
+    /// How many of the first are sorted and different.
+    settled: usize,
+}
+
+impl Clashes {
+    fn add(&mut self, winner: u32, loser: u32) {
+        /// Pairs that are collected at least before repetitions are removed.
+        const AT_ONCE: usize = 4096;
+        let clash = (winner, loser);
+        if winner == loser || self.pairs.last() == Some(&clash) {
+            return;
+        }
+        self.pairs.push(clash);
+        if self.pairs.len() > AT_ONCE.max(2 * self.settled) {
+            self.settle();
+        }
+    }
+
+    fn settle(&mut self) {
+        self.pairs.sort_unstable();
+        self.pairs.dedup();
+        self.settled = self.pairs.len();
     }
 }
 

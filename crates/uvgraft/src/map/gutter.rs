@@ -24,8 +24,8 @@ use crate::threads::map_indices;
 /// edge, texels up to half a texel beyond it have the largest weights.
 pub(crate) const REACH_PX: f64 = 0.5;
 
-/// Width of the fringe that an island that won an overlap claims from the loser, in target texels:
-/// what bilinear filtering at the winner's edge can read, diagonally too.
+/// Width of the fringe that an island that won an overlap claims from those that it hides, in target
+/// texels: what bilinear filtering at the winner's edge can read, diagonally too.
 pub(crate) const FRINGE_PX: f64 = 1.5;
 
 /// Position of a texel relative to its nearest edge.
@@ -236,7 +236,7 @@ impl Border {
         (beside, move |triangle: &Affine| edge.zone_map(zone, triangle))
     }
 
-    /// The edges of islands that own texels which other islands cover too.
+    /// The linked edges of islands that own texels which other islands cover too.
     ///
     /// - `clashes`: sorted pairs of islands: the one that owns texels, then the one that lost them.
     pub fn winners(&self, clashes: Vec<(u32, u32)>) -> Winners {
@@ -244,8 +244,9 @@ impl Border {
             let first = clashes.partition_point(|clash| clash.0 < edge.island);
             clashes.get(first).is_some_and(|clash| clash.0 == edge.island)
         };
+        let linked = (0..).zip(&self.edges[..self.linked]);
         let edges: Vec<u32> =
-            (0..).zip(&self.edges).filter(|(_, edge)| wins(edge)).map(|(index, _)| index).collect();
+            linked.filter(|(_, edge)| wins(edge)).map(|(index, _)| index).collect();
         let rows = |&edge: &u32| self.edges[edge as usize].reach(1, FRINGE_PX, self.size.height);
         let rows: Vec<Range<u32>> = edges.iter().map(rows).collect();
         Winners { blocks: RowBlocks::new(self.size.height, &rows, |index| index), edges, clashes }

@@ -143,8 +143,7 @@ impl MapStats {
         if self.covered == 0 {
             "no triangle is as large as a texel, or none has a UV area"
         } else {
-            "they have no UV area, or lie below triangles that are not linked; if the mesh has parts \
-             with textures of their own, select one (FILE#NAME)"
+            "they have no UV area, or are smaller than a texel"
         }
     }
 }
@@ -212,8 +211,9 @@ impl SamplingMap {
     /// # Panics
     /// If a side of `size` is 0 or beyond [`Texture::MAX_SIDE`].
     pub fn new(pair: &Pair, direction: Direction, size: Size, options: &MapOptions) -> Self {
-        let precedence = || Precedence::new(pair.to(direction), options.prefer);
         let oriented = pair.oriented(direction);
+        let precedence =
+            || Precedence::new(oriented.to, options.prefer).linked_first(&oriented.pieces);
         build::build(&oriented, direction, size, options.gutter_px, precedence)
     }
 

@@ -2,6 +2,7 @@
 
 use crate::islands::Islands;
 use crate::mesh::Mesh;
+use crate::piece::FacePieces;
 
 /// Which of several islands that cover the same texels owns them, together with a fringe around it:
 /// where two eyes share a disc, one eye is shown whole.
@@ -32,6 +33,8 @@ pub(crate) struct Precedence {
     islands: Islands,
     /// A distinct rank for each island; the lowest rank owns.
     ranks: Vec<u32>,
+    /// Whether each triangle has no counterpart; empty if all have one.
+    is_unlinked: Vec<bool>,
     /// Whether islands are ranked in the order of their faces, as their edges are.
     pub by_face: bool,
 }
@@ -52,7 +55,20 @@ impl Precedence {
         for (rank, &island) in (0..).zip(&order) {
             ranks[island as usize] = rank;
         }
-        Self { islands, ranks, by_face: prefer == Prefer::First }
+        Self { islands, ranks, is_unlinked: Vec::new(), by_face: prefer == Prefer::First }
+    }
+
+    /// Puts triangles without a counterpart last, whatever their island: what is not linked takes no
+    /// texel from what is.
+    ///
+    /// - `pieces`: those that fill the layout.
+    pub fn linked_first(mut self, pieces: &FacePieces) -> Self {
+        let is_unlinked = (0..self.of_faces().len()).map(|face| pieces.of_face(face).is_empty());
+        self.is_unlinked = is_unlinked.collect();
+        if !self.is_unlinked.contains(&true) {
+            self.is_unlinked = Vec::new();
+        }
+        self
     }
 
     /// Reverses the order of islands. Within islands the lowest face stays first.
@@ -74,8 +90,9 @@ impl Precedence {
     }
 
     /// Sort key of a face: of the faces that cover a texel, the one with the lowest key owns it.
-    pub fn rank(&self, face: u32) -> (u32, u32) {
-        (self.ranks[self.of_faces()[face as usize] as usize], face)
+    pub fn rank(&self, face: u32) -> (bool, u32, u32) {
+        let is_unlinked = self.is_unlinked.get(face as usize).is_some_and(|&it| it);
+        (is_unlinked, self.ranks[self.of_faces()[face as usize] as usize], face)
     }
 }
 

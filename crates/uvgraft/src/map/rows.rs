@@ -36,7 +36,14 @@ impl<T> Rows<T> {
 
     /// All items.
     pub fn items(&self) -> impl Iterator<Item = &T> {
-        self.blocks.iter().flat_map(|block| block.items.iter())
+        self.blocks.iter().flat_map(Block::items)
+    }
+}
+
+impl<T> Block<T> {
+    /// All items.
+    pub fn items(&self) -> &[T] {
+        &self.items
     }
 }
 

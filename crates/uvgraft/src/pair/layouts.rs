@@ -7,13 +7,14 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::fmt::Write as _;
 
 use super::{Direction, Pair, Side};
+use crate::bits;
 use crate::mesh::{Mesh, MeshPart, triangle_area};
 use crate::piece::Piece;
 use crate::raster::{ScanTriangle, corners_px};
 use crate::texture::Size;
 
 /// Side of the texture in which overlaps are counted.
-pub(crate) const SIDE: u32 = 512;
+const SIDE: u32 = 512;
 
 /// Where images are unknown, an unlinked part has a layout of its own if it covers more than this share
 /// of the linked texels. Parts in one texture share none (the figure's), or a line of texels where islands
@@ -206,42 +207,36 @@ fn without_overlaps(mesh: &Mesh, is_linked: &dyn Fn(usize) -> bool) -> Vec<bool>
     for part in parts {
         of_group.entry(key(part)).or_default().extend(faces_of(mesh, part));
     }
-    let mut covered = vec![false; Size::square(SIDE).texels()];
-    let linked: Vec<usize> = (0..mesh.faces().len()).filter(|&face| is_linked(face)).collect();
-    let mut texels = 0;
-    for texel in texels_of(mesh, &linked) {
-        texels += usize::from(!std::mem::replace(&mut covered[texel], true));
-    }
+    let covered = texels_of(mesh, (0..mesh.faces().len()).filter(|&face| is_linked(face)));
+    let count = |words: &mut dyn Iterator<Item = u64>| words.map(u64::count_ones).sum::<u32>();
+    let texels = count(&mut covered.iter().copied());
     let mut apart: BTreeSet<Option<String>> = BTreeSet::new();
     for (group, faces) in of_group {
         if faces.iter().any(|&face| is_linked(face)) {
             continue;
         }
-        let mut shared: Vec<usize> =
-            texels_of(mesh, &faces).filter(|&texel| covered[texel]).collect();
-        shared.sort_unstable();
-        shared.dedup();
-        if shared.len() as f64 > OVERLAP * texels as f64 {
+        let own = texels_of(mesh, faces.into_iter());
+        let shared = count(&mut own.iter().zip(&covered).map(|(own, covered)| own & covered));
+        if f64::from(shared) > OVERLAP * f64::from(texels) {
             apart.insert(group);
         }
     }
     parts.iter().map(|part| !apart.contains(&key(part))).collect()
 }
 
-/// The texels of faces in a texture of [`SIDE`]², some more than once.
-pub(crate) fn texels_of<'a>(
-    mesh: &'a Mesh,
-    faces: &'a [usize],
-) -> impl Iterator<Item = usize> + 'a {
+/// The texels of faces in a texture of [`SIDE`]²: for each row a bit set of columns.
+fn texels_of(mesh: &Mesh, faces: impl Iterator<Item = usize>) -> Vec<u64> {
     let size = Size::square(SIDE);
-    let inside = faces.iter().filter(|&&face| !mesh.is_outside(face));
-    inside.filter_map(move |&face| ScanTriangle::new(corners_px(mesh, face, size), size)).flat_map(
-        |triangle| {
-            triangle.rows().flat_map(move |row| {
-                triangle.span(row).map(move |x| row as usize * SIDE as usize + x as usize)
-            })
-        },
-    )
+    let words = bits::words(SIDE);
+    let mut covered = vec![0; words * SIDE as usize];
+    let inside = faces.filter(|&face| !mesh.is_outside(face));
+    for triangle in inside.filter_map(|face| ScanTriangle::new(corners_px(mesh, face, size), size)) {
+        for row in triangle.rows() {
+            let columns = &mut covered[row as usize * words..][..words];
+            bits::insert_range(columns, &triangle.span(row));
+        }
+    }
+    covered
 }
 
 /// The triangles of a part. Ranges of parts are for information and may be wrong.

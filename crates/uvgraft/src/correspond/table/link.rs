@@ -128,7 +128,7 @@ pub fn link(
     let mut pieces = found.pieces;
     if rows == TableRows::Source {
         pieces = pieces.into_iter().map(Piece::swapped).collect();
-        pieces.sort_by_key(|piece| (piece.target, piece.source));
+        pieces.sort_by_key(|piece| piece.target);
     }
     let pair = Pair::of_found(source, target, pieces).ok_or(TableLinkError::Outside)?;
     Ok((pair, report))

@@ -114,7 +114,7 @@ pub(super) fn pieces(
     if report.with_added_centre > 0 {
         found.extend(in_target);
         found.extend(in_source.into_iter().map(Piece::swapped));
-        found.sort_by_key(|piece| (piece.target, piece.source));
+        found.sort_by_key(|piece| piece.target);
     }
     if found.is_empty() {
         Err(TopologyError::Different { matched, of })
