@@ -226,7 +226,7 @@ impl Sweep {
         self.earlier.clear();
         self.spans.clear();
         self.overlapping = 0;
-        self.clashes = Clashes::default();
+        self.clashes.take();
     }
 
     /// Stores a span at the texel where it starts.
@@ -248,13 +248,12 @@ impl Sweep {
         for row in 0..rows {
             self.collect_row(row, precedence);
         }
-        self.clashes.settle();
     }
 
     /// Takes the pairs of islands that share texels of the block, sorted: the island that owns them,
     /// then the one that lost them.
     pub fn take_clashes(&mut self) -> Vec<(u32, u32)> {
-        std::mem::take(&mut self.clashes).pairs
+        self.clashes.take()
     }
 
     /// Moves the stored spans of a row to `spans`, from left to right.
@@ -381,20 +380,27 @@ fn next_free(free: &mut [u32], x: usize) -> usize {
 #[derive(Default)]
 struct Clashes {
     pairs: Vec<(u32, u32)>,
-    /// How many of the first are sorted and different.
-    settled: usize,
+    /// How many pairs were left when repetitions were last removed.
+    distinct: usize,
+    /// The latest winner over each island, or [`NONE`]: the same pairs come row after row.
+    latest: Vec<u32>,
 }
 
 impl Clashes {
     fn add(&mut self, winner: u32, loser: u32) {
         /// Pairs that are collected at least before repetitions are removed.
         const AT_ONCE: usize = 4096;
-        let clash = (winner, loser);
-        if winner == loser || self.pairs.last() == Some(&clash) {
+        if winner == loser {
             return;
         }
-        self.pairs.push(clash);
-        if self.pairs.len() > AT_ONCE.max(2 * self.settled) {
+        if self.latest.len() <= loser as usize {
+            self.latest.resize(loser as usize + 1, NONE);
+        }
+        if std::mem::replace(&mut self.latest[loser as usize], winner) == winner {
+            return;
+        }
+        self.pairs.push((winner, loser));
+        if self.pairs.len() > AT_ONCE.max(2 * self.distinct) {
             self.settle();
         }
     }
@@ -402,7 +408,17 @@ impl Clashes {
     fn settle(&mut self) {
         self.pairs.sort_unstable();
         self.pairs.dedup();
-        self.settled = self.pairs.len();
+        self.distinct = self.pairs.len();
+    }
+
+    /// The pairs, sorted; empties the list.
+    fn take(&mut self) -> Vec<(u32, u32)> {
+        self.settle();
+        for &(_, loser) in &self.pairs {
+            self.latest[loser as usize] = NONE;
+        }
+        self.distinct = 0;
+        std::mem::take(&mut self.pairs)
     }
 }
 

@@ -8,6 +8,7 @@
 //!
 //! This module holds the edges; `gutter_rows` finds the nearest edge of each texel.
 
+use std::collections::HashSet;
 use std::ops::Range;
 
 use super::cut::{FacePatch, FacePatches};
@@ -207,10 +208,16 @@ impl Border {
             edges.into_iter().partition(|edge| edge.patch.is_some());
         let linked = edges.len();
         edges.extend(others);
+        // Of edges in the same place, the first is the nearest. Cards have hundreds of them.
         let reached: Vec<Range<u32>> = if radius_px == 0 {
             Vec::new()
         } else {
-            edges.iter().map(|edge| edge.rows.clone()).collect()
+            let mut places = HashSet::with_capacity(edges.len());
+            let mut is_new = |edge: &Edge| {
+                edge.stretch != [0.0, 1.0]
+                    || places.insert([edge.from, edge.along].map(|at| at.map(f64::to_bits)))
+            };
+            edges.iter().map(|edge| if is_new(edge) { edge.rows.clone() } else { 0..0 }).collect()
         };
         Self {
             size,
