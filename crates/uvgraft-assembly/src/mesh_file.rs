@@ -15,6 +15,8 @@ use uvgraft_io::textured::{TexturedMesh, WithoutUv};
 use uvgraft_io::{arrays, model_mesh, obj, ply};
 use uvgraft_pipeline::{Blame, Failure, Observer, Result};
 
+use crate::report::grouped;
+
 /// Number of names listed in a message.
 const MAX_LISTED: usize = 20;
 /// Characters shown of a name.
@@ -37,7 +39,18 @@ pub struct LoadedMesh {
 impl LoadedMesh {
     /// What was left out, for a message; `None` if nothing was.
     pub fn left_out(&self) -> Option<String> {
-        (self.without_uv.polygons > 0).then(|| format!("{}: {}", self.name, self.without_uv))
+        let (name, count) = (&self.name, self.without_uv.polygons);
+        let all = grouped(count + self.mesh.polygon_count());
+        let told = match count {
+            0 => return None,
+            1 => format!("{name}: 1 of {all} polygons has no UV coordinates and is left out"),
+            _ => format!(
+                "{name}: {} of {all} polygons have no UV coordinates and are left out",
+                grouped(count)
+            ),
+        };
+        let parts = self.without_uv.listed();
+        Some(if parts.is_empty() { told } else { format!("{told}: {parts}") })
     }
 }
 
@@ -414,19 +427,21 @@ mod tests {
                 "",
                 2,
                 Some(
-                    "a.obj: 3 polygons have no UV coordinates and are left out: \"hair\", \"cap\"",
+                    "a.obj: 3 of 5 polygons have no UV coordinates and are left out: \"hair\", \"cap\"",
                 ),
             ),
             ("#face", 1, None),
             (
                 "#hair",
                 1,
-                Some("a.obj#hair: 2 polygons have no UV coordinates and are left out: \"hair\""),
+                Some(
+                    "a.obj#hair: 2 of 3 polygons have no UV coordinates and are left out: \"hair\"",
+                ),
             ),
             (
                 "#skin",
                 1,
-                Some("a.obj#skin: 1 polygon has no UV coordinates and is left out: \"cap\""),
+                Some("a.obj#skin: 1 of 2 polygons has no UV coordinates and is left out: \"cap\""),
             ),
         ] {
             let loaded = load(selector).unwrap();

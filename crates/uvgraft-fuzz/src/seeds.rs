@@ -2,6 +2,7 @@
 
 use std::io::Cursor;
 
+use serde_json::json;
 use uvgraft::{Channels, Depth, Direction, Encoding, MapOptions, Mesh, Pair, SamplingMap, Size};
 use uvgraft::{Texels, Texture};
 use uvgraft_avatar::body::BodyKind;
@@ -13,7 +14,7 @@ use uvgraft_io::torch::write_pth;
 use uvgraft_io::{obj as obj_file, pair_file as pairs, sampling_map, vertex_map as maps};
 use uvgraft_tests::bodies::synthetic_motion;
 use uvgraft_tests::mannequin;
-use uvgraft_tests::strip::Strip;
+use uvgraft_tests::strip::{Strip, WEIGHTS};
 
 use crate::tflite_seed;
 
@@ -88,9 +89,46 @@ pub(crate) fn ply() -> Vec<Vec<u8>> {
     vec![(header("ascii") + text).into(), little, big]
 }
 
+/// The strip three times, with its weights compressed to version 1 of meshoptimizer's bitstream, in
+/// which bytes 2 and 3 do not change.
+fn instances() -> Strip {
+    let mut strip = Strip::new();
+    let places = [0.0_f32, 0.0, 0.0, 2.0, 0.0, 0.0, 0.0, 0.0, -1.0].map(f32::to_le_bytes);
+    let places = strip.add(&places.concat(), 5126, 3, "VEC3");
+    let mut stream = vec![0xa1, 0b10_10_11_11];
+    // Differences in zigzag code: from 255 down by 127 after every two vertices, and up from 0.
+    stream.extend([0, 0, 253, 0, 253, 0, 0, 0, 254, 0, 254, 0]);
+    stream.extend([0; 24 - 5]);
+    stream.extend([255, 0, 0, 0, 0]);
+    let packed = strip.view(&stream);
+    let packed = strip.json["bufferViews"][packed]["byteOffset"].clone();
+    let view = &strip.json["accessors"][WEIGHTS]["bufferView"];
+    let view = format!("/bufferViews/{view}");
+    let meshopt = json!({
+        "buffer": 0, "byteOffset": packed, "byteLength": stream.len(), "byteStride": 4, "count": 6,
+        "mode": "ATTRIBUTES"
+    });
+    strip.json["buffers"].as_array_mut().expect("a list").push(json!({ "byteLength": 24 }));
+    strip
+        .with(
+            &view,
+            json!({
+                "buffer": 1, "byteLength": 24, "extensions": { "KHR_meshopt_compression": meshopt }
+            }),
+        )
+        .with(&format!("/accessors/{WEIGHTS}/componentType"), json!(5121))
+        .with(&format!("/accessors/{WEIGHTS}/normalized"), json!(true))
+        .with(
+            "/nodes/2/extensions",
+            json!({
+                "EXT_mesh_gpu_instancing": { "attributes": { "TRANSLATION": places } }
+            }),
+        )
+}
+
 pub(crate) fn glb() -> Vec<Vec<u8>> {
     let strip = Strip::new();
-    vec![strip.glb(), mannequin::file(true), strip.json.to_string().into()]
+    vec![strip.glb(), mannequin::file(true), instances().glb(), strip.json.to_string().into()]
 }
 
 pub(crate) fn npy() -> Vec<Vec<u8>> {
@@ -259,7 +297,7 @@ mod tests {
     fn seeds_are_read() {
         obj().iter().for_each(|seed| drop(obj_file::parse(seed).unwrap()));
         ply().iter().for_each(|seed| drop(ply_file::parse(seed).unwrap()));
-        for seed in &glb()[..2] {
+        for seed in &glb()[..3] {
             Scene::read(seed).unwrap();
             read_mesh(seed, &MeshChoice::default()).unwrap();
         }

@@ -1,7 +1,5 @@
 //! Meshes of files in which some polygons have no UV coordinates.
 
-use std::fmt;
-
 use uvgraft::mesh::{Mesh, MeshPart};
 
 /// The polygons of a file that have UV coordinates, and what the others are.
@@ -56,6 +54,21 @@ impl WithoutUv {
         kept
     }
 
+    /// The names of parts, quoted, for a message; empty if they have none.
+    pub fn listed(&self) -> String {
+        /// Names listed, and characters shown of each.
+        const SHOWN: usize = 5;
+        const LENGTH: usize = 40;
+        let names = self.names();
+        let quoted = |name: &&str| format!("{:?}", name.chars().take(LENGTH).collect::<String>());
+        let shown: Vec<String> = names.iter().take(SHOWN).map(quoted).collect();
+        let shown = shown.join(", ");
+        match names.len().saturating_sub(SHOWN) {
+            0 => shown,
+            more => format!("{shown} and {more} more"),
+        }
+    }
+
     /// The first name that each part has, without repetition.
     fn names(&self) -> Vec<&str> {
         let mut names = Vec::new();
@@ -65,27 +78,6 @@ impl WithoutUv {
             names.extend(name.filter(|name| !names.contains(name)));
         }
         names
-    }
-}
-
-impl fmt::Display for WithoutUv {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        /// Names listed, and characters shown of each.
-        const SHOWN: usize = 5;
-        const LENGTH: usize = 40;
-        match self.polygons {
-            1 => write!(f, "1 polygon has no UV coordinates and is left out")?,
-            count => write!(f, "{count} polygons have no UV coordinates and are left out")?,
-        }
-        let names = self.names();
-        for (index, name) in names.iter().take(SHOWN).enumerate() {
-            let shown: String = name.chars().take(LENGTH).collect();
-            write!(f, "{}{shown:?}", if index == 0 { ": " } else { ", " })?;
-        }
-        match names.len().saturating_sub(SHOWN) {
-            0 => Ok(()),
-            more => write!(f, " and {more} more"),
-        }
     }
 }
 
@@ -101,16 +93,14 @@ mod tests {
         found.add(["", "", "cap"], 1);
         assert_eq!((found.polygons, found.parts.len()), (4, 2));
         assert_eq!(found.parts[1].polygons, 3..4);
-        let wanted = "4 polygons have no UV coordinates and are left out: \"hair\", \"cap\"";
-        assert_eq!(found.to_string(), wanted);
+        assert_eq!(found.listed(), "\"hair\", \"cap\"");
         let cap = found.only_parts(|part| part.material == "cap");
-        let wanted = "1 polygon has no UV coordinates and is left out: \"cap\"";
-        assert_eq!((cap.parts[0].polygons.clone(), &*cap.to_string()), (0..1, wanted));
+        assert_eq!((cap.parts[0].polygons.clone(), &*cap.listed()), (0..1, "\"cap\""));
         let mut many = WithoutUv::default();
         (0..9).for_each(|k| many.add([&format!("part {k}"), "", ""], 1));
-        assert!(many.to_string().ends_with("\"part 4\" and 4 more"), "{many}");
+        assert!(many.listed().ends_with("\"part 4\" and 4 more"), "{}", many.listed());
         let mut unnamed = WithoutUv::default();
         unnamed.add([""; 3], 7);
-        assert_eq!(unnamed.to_string(), "7 polygons have no UV coordinates and are left out");
+        assert_eq!(unnamed.listed(), "");
     }
 }

@@ -5,6 +5,7 @@ use uvgraft::{Channels, Encoding, Size, Texels, Texture, Value, threads};
 use uvgraft_gltf::scene::AlphaMode;
 
 use super::camera::{Camera, Homogeneous};
+use super::cutouts::{Casters, Cutouts};
 use super::depth::{BAND, DepthMap, Drawing};
 use super::encode::{Encoder, decode};
 use super::floor::Floor;
@@ -17,7 +18,7 @@ use super::options::{Background, RenderOptions};
 use super::patches::{Patches, full};
 use super::projection::project;
 use super::samples::Samples;
-use super::shader::{Cutouts, Shader};
+use super::shader::Shader;
 use super::shadow::Shadow;
 use super::surface::Surface;
 use super::tangents::{Tangent, tangents};
@@ -87,13 +88,18 @@ impl<'a> Frame<'a> {
         };
         let (opaque, translucent) = (visible(false), visible(true));
         let light = options.lit.then(|| {
-            let holes =
-                Cutouts { surfaces, mipmaps, geometry: &geometry, homogeneous: &homogeneous };
+            let casters = Casters { surfaces, mipmaps, geometry: &geometry };
+            let holes = Cutouts {
+                surfaces,
+                mipmaps,
+                geometry: &geometry,
+                homogeneous: &homogeneous,
+                blended: None,
+            };
             // For occlusion, two samples along each side of a pixel are enough.
             let step = options.samples / 2;
             let depths = DepthMap::new(&opaque, step, camera.limits().1, &holes);
-            let casts = |face: usize| !is_blended(face);
-            Lighting::new(&camera, step, &geometry, casts, &depths, options.floor, size)
+            Lighting::new(&camera, step, &casters, &depths, options.floor, size)
         });
         let tangents = if options.lit { tangents(&geometry, surfaces) } else { Vec::new() };
         Self {
@@ -133,7 +139,7 @@ impl<'a> Frame<'a> {
 
     fn draw(&self, band: usize, buffers: &mut Buffers) {
         let Self { surfaces, mipmaps, geometry, homogeneous, .. } = self;
-        let holes = Cutouts { surfaces, mipmaps, geometry, homogeneous };
+        let holes = Cutouts { surfaces, mipmaps, geometry, homogeneous, blended: None };
         let least = self.camera.limits().1;
         buffers.opaque.draw(&self.opaque, band, least, &holes);
         buffers.layers.draw(&self.translucent, band, least, &buffers.opaque);
@@ -267,12 +273,12 @@ impl Lighting {
     fn new(
         camera: &Camera,
         step: u32,
-        geometry: &Geometry,
-        casts: impl Fn(usize) -> bool + Sync,
+        casters: &Casters<'_>,
         depths: &DepthMap,
         floor: Option<f32>,
         size: Size,
     ) -> Self {
+        let geometry = casters.geometry;
         let (low, high) = geometry.bounds();
         let (centre, radius) = (low.lerp_monotonic(high, 0.5), 0.5 * (high - low).length());
         // Files are in metres. If the radius is not that of a person (0.1 to 4 m), the scene is
@@ -284,13 +290,13 @@ impl Lighting {
         let extent = 1.6 * extent;
         let seen = if extent < radius { (seen, extent) } else { (centre, radius) };
         let lights = Lights::new(camera);
-        let shadow = Shadow::new(geometry, &casts, lights.key, seen, pixel, metre);
+        let shadow = Shadow::new(casters, lights.key, seen, pixel, metre);
         let floor = floor.map(|height| {
             // The floor needs the whole shadow, whatever part of the scene is in the picture.
             let up = Vec3 { x: 0.0, y: 1.0, z: 0.0 };
             let whole = (seen.1 < radius).then(|| {
                 let (all, cell) = ((centre, radius), Floor::cell((low, high)));
-                Shadow::new(geometry, &casts, lights.key, all, cell, metre)
+                Shadow::new(casters, lights.key, all, cell, metre)
             });
             let shadow = whole.as_ref().unwrap_or(&shadow);
             Floor::new(geometry, height, metre, |p| shadow.lit(p, up, 0.0))

@@ -7,6 +7,7 @@
 #![forbid(unsafe_code)]
 
 mod camera;
+mod cutouts;
 mod depth;
 mod encode;
 mod floor;
@@ -26,6 +27,8 @@ mod samples;
 mod shader;
 mod shading;
 mod shadow;
+#[cfg(test)]
+mod shadow_tests;
 mod surface;
 mod tangents;
 #[cfg(test)]

@@ -8,7 +8,6 @@ use glam::Vec3;
 use uvgraft_gltf::scene::AlphaMode;
 
 use super::camera::{Camera, Homogeneous};
-use super::depth::Holes;
 use super::geometry::Geometry;
 use super::lights::Lights;
 use super::mipmap::Mipmap;
@@ -214,36 +213,6 @@ fn facing(normal: Vec3, is_back: bool, towards: Vec3) -> Vec3 {
     // Interpolated normals may still face away from the camera near silhouettes: bend them back.
     let away = normal.dot(towards);
     if away < 0.0 { (normal - towards * (1.02 * away)).normalize_or_zero() } else { normal }
-}
-
-/// Holes where a surface's alpha is below its limit.
-pub(crate) struct Cutouts<'a> {
-    pub surfaces: &'a [Surface],
-    pub mipmaps: &'a [Mipmap],
-    pub geometry: &'a Geometry,
-    pub homogeneous: &'a [Homogeneous],
-}
-
-impl Cutouts<'_> {
-    fn surface(&self, face: u32) -> &Surface {
-        &self.surfaces[self.geometry.faces[face as usize].surface as usize]
-    }
-}
-
-impl Holes for Cutouts<'_> {
-    fn may_pierce(&self, face: u32) -> bool {
-        matches!(self.surface(face).material.alpha, AlphaMode::Mask(_))
-    }
-
-    fn is_there(&self, face: u32, x: u32, y: u32) -> bool {
-        let surface = self.surface(face);
-        let AlphaMode::Mask(cutoff) = surface.material.alpha else { return true };
-        let at = [x, y].map(|at| f64::from(at) + 0.5);
-        let point = Point::new(self.geometry, self.homogeneous, face, at, 1.0);
-        point.is_some_and(|(point, _)| {
-            surface.color(&Lookup { mipmaps: self.mipmaps, point: &point })[3] >= cutoff
-        })
-    }
 }
 
 #[cfg(test)]

@@ -7,8 +7,8 @@ use glam::Vec3;
 use uvgraft::{Size, threads};
 
 use super::camera::Camera;
+use super::cutouts::Casters;
 use super::depth::{DepthMap, Drawing, Whole};
-use super::geometry::Geometry;
 use super::projection::project;
 
 /// Sides of the map, of which the smallest that is fine enough for the picture is chosen.
@@ -46,7 +46,7 @@ pub(crate) struct Shadow {
 }
 
 impl Shadow {
-    /// The shadows of the faces in `casts`.
+    /// The shadows of a scene.
     ///
     /// - `towards`: unit vector to the light.
     /// - `seen`: centre and radius of the region that the map covers; nothing outside it is
@@ -54,8 +54,7 @@ impl Shadow {
     /// - `pixel`: size of a pixel of the picture there, in mesh units.
     /// - `metre`: length of one metre in mesh units.
     pub fn new(
-        geometry: &Geometry,
-        casts: impl Fn(usize) -> bool + Sync,
+        casters: &Casters<'_>,
         towards: Vec3,
         seen: (Vec3, f32),
         pixel: f32,
@@ -66,9 +65,14 @@ impl Shadow {
         let size = Size::square(side);
         let unit_per_texel = (2.0 * seen.1 / side as f32).max(f32::MIN_POSITIVE);
         let camera = Camera::looking(towards, seen.0, unit_per_texel, size);
-        let homogeneous = camera.all_homogeneous(&geometry.positions);
-        let parts = project(&camera, geometry, &homogeneous, size, casts);
-        let map = DepthMap::new(&Drawing::new(parts, size), 1, f32::NEG_INFINITY, &Whole);
+        let homogeneous = camera.all_homogeneous(&casters.geometry.positions);
+        let casts = |face: usize| casters.casts(face);
+        let parts = project(&camera, casters.geometry, &homogeneous, size, casts);
+        let drawing = Drawing::new(parts, size);
+        let map = match casters.are_whole() {
+            true => DepthMap::new(&drawing, 1, f32::NEG_INFINITY, &Whole),
+            false => DepthMap::new(&drawing, 1, f32::NEG_INFINITY, &casters.holes(&homogeneous)),
+        };
         let tiles = ranges(&map);
         let softness = (0.0022 * metre / unit_per_texel).clamp(1.0, SOFTEST);
         Self { camera, map, tiles, side, unit_per_texel, softness, bias: 0.0035 * metre }
@@ -206,7 +210,9 @@ impl Line {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::geometry::Face;
+    use crate::geometry::{Face, Geometry};
+    use crate::shading::Shading;
+    use crate::surface::Surface;
 
     /// The definition: every tap for itself.
     fn reference(shadow: &Shadow, [x, y]: [f32; 2], height: f32, softness: f32) -> f32 {
@@ -246,13 +252,15 @@ mod tests {
             let vertices = [0, 1, 2].map(|k| first + k);
             geometry.faces.push(Face { vertices, uv: vertices, surface: 0 });
         }
+        let surfaces = [Surface::of_part(Shading::Matt)];
+        let casters = Casters { surfaces: &surfaces, mipmaps: &[], geometry: &geometry };
         let towards = Vec3::new(0.0, 0.0, 1.0);
         let mut seen = [0; 3];
         for (metre, pixel, side) in
             [(1.0, 0.001, 2048), (2.5, 0.002, 2048), (5.0, 0.004, 1024), (3.0, 0.01, 512)]
         {
             let seen_from = (Vec3::default(), 1.0);
-            let shadow = Shadow::new(&geometry, |_| true, towards, seen_from, pixel, metre);
+            let shadow = Shadow::new(&casters, towards, seen_from, pixel, metre);
             assert_eq!(shadow.side, side);
             for _ in 0..20_000 {
                 let p = Vec3::new(rng.f32() * 2.0 - 1.0, rng.f32() * 2.0 - 1.0, rng.f32() - 0.2);

@@ -1,7 +1,7 @@
 // The region that a bone or a node moves, for aiming the camera; the same rule as
 // `uvgraft render --look-at`.
 
-import { Box3, Vector3 } from "three";
+import { Box3, Matrix4, Vector3 } from "three";
 
 /// Bones that start a body part; every other bone, such
 /// as a finger's, belongs to the part of its parent.
@@ -36,8 +36,22 @@ export function around(root, rig, name) {
   return box;
 }
 
-/// Calls `call` with the position of each vertex that `own` nodes influence by more than half.
+/// Calls `call` with the position of each vertex, of each instance, that `own` nodes influence by more
+/// than half.
 function vertices(mesh, own, call) {
+  const instances = mesh.isInstancedMesh ? mesh.count : 1;
+  for (let instance = 0; instance < instances; instance += 1) {
+    const placed = mesh.matrixWorld.clone();
+    if (mesh.isInstancedMesh) {
+      const local = new Matrix4();
+      mesh.getMatrixAt(instance, local);
+      placed.multiply(local);
+    }
+    ofInstance(mesh, placed, own, call);
+  }
+}
+
+function ofInstance(mesh, placed, own, call) {
   const { position, skinIndex, skinWeight } = mesh.geometry.attributes;
   const bones = mesh.isSkinnedMesh ? mesh.skeleton.bones.map((bone) => own.has(bone)) : null;
   if (!bones && !own.has(mesh)) return;
@@ -47,6 +61,6 @@ function vertices(mesh, own, call) {
     for (let k = 0; bones && k < 4; k += 1) {
       if (bones[skinIndex.getComponent(vertex, k)]) share += skinWeight.getComponent(vertex, k);
     }
-    if (share > 0.5) call(mesh.getVertexPosition(vertex, place).applyMatrix4(mesh.matrixWorld));
+    if (share > 0.5) call(mesh.getVertexPosition(vertex, place).applyMatrix4(placed));
   }
 }

@@ -28,7 +28,7 @@ export function facts({ root, clips, vrm, json }) {
   root.traverse((node) => {
     if (node.isMesh) {
       const { index, attributes } = node.geometry;
-      triangles += (index ?? attributes.position).count / 3;
+      triangles += ((index ?? attributes.position).count / 3) * (node.isInstancedMesh ? node.count : 1);
     }
     for (const bone of node.skeleton?.bones ?? []) joints.add(bone);
   });

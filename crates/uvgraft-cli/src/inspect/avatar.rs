@@ -5,7 +5,7 @@ use std::fs::File;
 use std::io::Read as _;
 use std::path::Path;
 
-use uvgraft_gltf::scene::{Contents, ImageContents, PartContents, contents};
+use uvgraft_gltf::scene::{ClipContents, Contents, ImageContents, PartContents, contents};
 
 use super::listed;
 use crate::failure::OrBadInput;
@@ -37,7 +37,9 @@ fn text(found: &Contents) -> String {
     if let Some(generator) = &found.generator {
         row("written by", terminal::inline(generator).into_owned());
     }
-    let sum = |count: fn(&PartContents) -> usize| found.parts.iter().map(count).sum();
+    let sum = |count: fn(&PartContents) -> usize| {
+        found.parts.iter().map(count).fold(0, usize::saturating_add)
+    };
     let (vertices, triangles) =
         (grouped(sum(|part| part.vertices)), grouped(sum(|part| part.triangles)));
     row("parts", format!("{}; {vertices} vertices, {triangles} triangles", found.parts.len()));
@@ -67,7 +69,7 @@ fn text(found: &Contents) -> String {
     row("humanoid bones", counted(&found.bones));
     row("expressions", counted(&found.expressions));
     row("morph targets", counted(&found.morph_targets));
-    let clips = found.clips.iter().map(|clip| format!("{} ({:.2} s)", clip.name, clip.seconds));
+    let clips = found.clips.iter().map(of_clip);
     row("clips", counted(&clips.collect::<Vec<_>>()));
     text
 }
@@ -94,9 +96,21 @@ fn part_name(part: &PartContents) -> String {
     if names.is_empty() { "(no name)".to_owned() } else { names.join(" / ") }
 }
 
+fn of_clip(clip: &ClipContents) -> String {
+    let ignored = match clip.channels_without_keys {
+        0 => String::new(),
+        1 => ", 1 channel without keys is ignored".to_owned(),
+        count => format!(", {} channels without keys are ignored", grouped(count)),
+    };
+    format!("{} ({:.2} s{ignored})", clip.name, clip.seconds)
+}
+
 fn of_part(part: &PartContents) -> String {
     let (vertices, triangles) = (grouped(part.vertices), grouped(part.triangles));
     let mut text = format!("{vertices} vertices, {triangles} triangles");
+    if part.instances != 1 {
+        let _ = write!(text, " in {} instances", grouped(part.instances));
+    }
     let sets: Vec<String> = part.uv_sets.iter().map(u32::to_string).collect();
     let _ = match &sets[..] {
         [] => write!(text, ", no UV coordinates"),

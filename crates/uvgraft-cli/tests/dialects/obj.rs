@@ -224,7 +224,7 @@ fn statements() -> Vec<Case> {
             "a part without coordinates",
             "mesh.obj",
             plain() + "o hair\nf 1 2 6 5\nf 2 3 7\n",
-            Told("mesh.obj: 2 polygons have no UV coordinates and are left out: \"hair\""),
+            Told("mesh.obj: 2 of 8 polygons have no UV coordinates and are left out: \"hair\""),
         ),
     ]
 }

@@ -203,7 +203,7 @@ fn cases() -> Vec<Case> {
         ply(
             "faces without coordinates",
             at_corners(Little, 2),
-            Told("2 polygons have no UV coordinates and are left out: \"skin of a face.png\""),
+            Told("2 of 8 polygons have no UV coordinates and are left out: \"skin of a face.png\""),
         ),
         ply("no coordinates", named("a", "b"), Refused("no UV coordinates: vertices must have")),
         ply(

@@ -249,7 +249,14 @@ fn structure() -> Vec<Case> {
     bare.json["meshes"] = json!([bare.json["meshes"][0], hair]);
     bare.json["nodes"] = json!([{ "mesh": 0 }, { "name": "hair", "mesh": 1 }]);
     bare.json["scenes"] = json!([{ "nodes": [0, 1] }]);
+    let mut instance = under(json!({}), |[x, y, z]| [x - 1.0, y - 2.0, z + 0.5], false);
+    let place = instance.add(&bytes(&[1.0, 2.0, -0.5]), FLOAT, 1, "VEC3");
+    let instancing = json!({ "attributes": { "TRANSLATION": place } });
+    let instance = instance
+        .with("/nodes/0/extensions", json!({ "EXT_mesh_gpu_instancing": instancing }))
+        .with("/extensionsRequired", json!(["EXT_mesh_gpu_instancing"]));
     vec![
+        glb("an instance", instance, Same),
         glb("fans", fans, Same),
         glb("a strip", strips, Same),
         glb("quantised", quantised, Same),
@@ -288,13 +295,13 @@ fn structure() -> Vec<Case> {
         glb(
             "a part without coordinates",
             bare,
-            Told("12 polygons have no UV coordinates and are left out: \"hair\""),
+            Told("12 of 24 polygons have no UV coordinates and are left out: \"hair\""),
         ),
         glb("points", mode(&indices(), 0), Refused("must have triangles")),
         glb(
             "an unknown extension",
-            plain().with("/extensionsRequired", json!(["EXT_mesh_gpu_instancing"])),
-            Refused("unsupported extension EXT_mesh_gpu_instancing"),
+            plain().with("/extensionsRequired", json!(["EXT_mesh_of_fog"])),
+            Refused("unsupported extension EXT_mesh_of_fog"),
         ),
         glb(
             "an older version",

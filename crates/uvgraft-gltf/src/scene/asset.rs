@@ -11,7 +11,7 @@ use base64::engine::general_purpose::STANDARD;
 use uvgraft_io::input::Input;
 
 use super::check::too_many;
-use super::document::{Buffer, Document};
+use super::document::Document;
 use super::error::SceneError;
 use crate::container::{Glb, is_glb};
 
@@ -77,11 +77,12 @@ impl<'a> Asset<'a> {
 
     /// The bytes of every buffer, at least as many as declared.
     pub fn buffers(&self) -> Result<Vec<Cow<'a, [u8]>>, SceneError> {
+        let stand_ins = self.stand_ins();
         let mut total = 0;
         let mut buffers = Vec::new();
         for (index, buffer) in self.document.buffers.iter().enumerate() {
             let place = || format!("buffer {index}");
-            if is_stand_in(buffer, index, self.binary.is_some()) {
+            if stand_ins[index] {
                 buffers.push(Cow::Borrowed(&[][..]));
                 continue;
             }
@@ -104,6 +105,32 @@ impl<'a> Asset<'a> {
             buffers.push(bytes);
         }
         Ok(buffers)
+    }
+
+    /// Whether each buffer only stands in for what buffer views compressed by meshoptimizer decode to,
+    /// so that its data need not be there: it may be marked as such or not.
+    fn stand_ins(&self) -> Vec<bool> {
+        let buffers = &self.document.buffers;
+        let mut is_needed = vec![false; buffers.len()];
+        let mut is_stand_in: Vec<bool> = buffers
+            .iter()
+            .map(|buffer| buffer.extensions.meshopt.as_ref().is_some_and(|it| it.fallback))
+            .collect();
+        let mark = |marks: &mut [bool], buffer: u32| {
+            marks.get_mut(buffer as usize).into_iter().for_each(|mark| *mark = true);
+        };
+        for view in &self.document.buffer_views {
+            let stream = view.extensions.meshopt.as_ref();
+            mark(&mut is_needed, stream.map_or(view.buffer, |stream| stream.buffer));
+            if stream.is_some() {
+                mark(&mut is_stand_in, view.buffer);
+            }
+        }
+        let is_chunk =
+            |index: usize| index == 0 && buffers[index].uri.is_none() && self.binary.is_some();
+        let both = is_stand_in.iter().zip(&is_needed).enumerate();
+        both.map(|(index, (&stands_in, &needed))| stands_in && !needed && !is_chunk(index))
+            .collect()
     }
 
     /// Resolves a URI: embedded data, or an external file in the folder.
@@ -129,7 +156,8 @@ impl<'a> Asset<'a> {
 }
 
 /// Required extensions that are accepted: supported, or without effect on rendering.
-const SUPPORTED: [&str; 28] = [
+const SUPPORTED: [&str; 29] = [
+    "EXT_mesh_gpu_instancing",
     "EXT_meshopt_compression",
     "EXT_texture_webp",
     "KHR_draco_mesh_compression",
@@ -162,12 +190,6 @@ const SUPPORTED: [&str; 28] = [
 
 fn is_supported(extension: &str) -> bool {
     SUPPORTED.contains(&extension) || (cfg!(feature = "ktx2") && extension == "KHR_texture_basisu")
-}
-
-/// Whether a buffer is only a fallback for readers that cannot decompress, and has no data.
-fn is_stand_in(buffer: &Buffer, index: usize, has_chunk: bool) -> bool {
-    let is_fallback = buffer.extensions.meshopt.as_ref().is_some_and(|meshopt| meshopt.fallback);
-    is_fallback && buffer.uri.is_none() && !(index == 0 && has_chunk)
 }
 
 /// The JSON of a GLB: blanks pad it, but some exporters use NUL, and some write a BOM.
@@ -303,10 +325,9 @@ mod tests {
 
     #[test]
     fn unsupported_required_extensions_are_named() {
-        let json =
-            br#"{"asset":{"version":"2.0"},"extensionsRequired":["EXT_mesh_gpu_instancing"]}"#;
+        let json = br#"{"asset":{"version":"2.0"},"extensionsRequired":["EXT_mesh_of_fog"]}"#;
         let error = Asset::new(json, None).err().map(|error| error.to_string());
-        let wanted = ["EXT_mesh_gpu_instancing", "gltf-transform"];
+        let wanted = ["EXT_mesh_of_fog", "gltf-transform"];
         assert!(error.is_some_and(|error| wanted.iter().all(|wanted| error.contains(wanted))));
     }
 }

@@ -5,7 +5,7 @@
 
 use super::accessor::Accessors;
 use super::check::find;
-use super::document::Document;
+use super::document::{Document, Sampler};
 use super::error::SceneError;
 use super::transform::{LocalTransform, unit};
 
@@ -17,6 +17,8 @@ pub struct Clip {
     /// Time of the last key, in seconds; the clip starts at 0.
     pub seconds: f32,
     pub(super) channels: Vec<Channel>,
+    /// Number of channels that are ignored because they have no keys.
+    pub channels_without_keys: usize,
 }
 
 #[derive(Debug)]
@@ -47,7 +49,8 @@ enum Interpolation {
 }
 
 /// Reads all animations of a file. Channels without a node, and channels with unknown paths, are
-/// skipped: they belong to extensions. Each channel must have non-decreasing times, and
+/// skipped: they belong to extensions. Channels without keys, which some exporters write for what
+/// does not move, are counted and move nothing. Each other channel must have non-decreasing times, and
 /// `keys · width` values, or three times as many for cubic splines (in-tangent, value,
 /// out-tangent).
 ///
@@ -63,63 +66,106 @@ pub(super) fn clips(
             name: animation.name.clone().unwrap_or_default(),
             seconds: 0.0,
             channels: Vec::new(),
+            channels_without_keys: 0,
         };
         for (number, channel) in animation.channels.iter().enumerate() {
             let place = format!("animation {index}, channel {number}");
             // Channels without a node belong to extensions.
             let Some(node) = channel.target.node else { continue };
-            let path = match channel.target.path.as_str() {
-                "translation" => Path::Translation,
-                "rotation" => Path::Rotation,
-                "scale" => Path::Scale,
-                "weights" => Path::Weights,
-                _ => continue,
-            };
+            let Some(path) = Path::new(&channel.target.path) else { continue };
             let &targets = find(targets, node, "node", &place)?;
-            let width = match path {
-                Path::Translation | Path::Scale => 3,
-                Path::Rotation => 4,
-                Path::Weights => targets,
-            };
             let sampler = find(&animation.samplers, channel.sampler, "sampler", &place)?;
-            let interpolation = match sampler.interpolation.as_deref() {
-                None | Some("LINEAR") => Interpolation::Linear,
-                Some("STEP") => Interpolation::Step,
-                Some("CUBICSPLINE") => Interpolation::Cubic,
-                Some(other) => {
-                    let reason =
-                        format!("interpolation must be LINEAR, STEP or CUBICSPLINE, got {other:?}");
-                    return Err(SceneError::content(place, reason));
-                }
+            let width = path.width(targets);
+            let keys = Keys::read(sampler, path, width, accessors, &place)?;
+            let Some(Keys { interpolation, times, values }) = keys else {
+                clip.channels_without_keys += 1;
+                continue;
             };
-            let times: Vec<f32> = accessors.floats::<1>(sampler.input, None)?.concat();
-            if let Some(at) = (1..times.len()).find(|&k| times[k] < times[k - 1]) {
-                let (before, after) = (times[at - 1], times[at]);
-                let reason =
-                    format!("times must increase, got {before} and then {after} at index {at}");
-                return Err(SceneError::content(place, reason));
-            }
-            let values = match path {
-                Path::Translation | Path::Scale => {
-                    accessors.floats::<3>(sampler.output, None)?.concat()
-                }
-                Path::Rotation => accessors.floats::<4>(sampler.output, None)?.concat(),
-                Path::Weights => accessors.floats::<1>(sampler.output, None)?.concat(),
-            };
-            let a_key = if interpolation == Interpolation::Cubic { 3 * width } else { width };
-            let wanted = times.len() * a_key;
-            if values.len() != wanted || times.is_empty() {
-                let (keys, found) = (times.len(), values.len());
-                let reason = format!("{keys} keys must have {wanted} values, got {found}");
-                return Err(SceneError::content(place, reason));
-            }
-            clip.seconds = clip.seconds.max(times[times.len() - 1]);
+            clip.seconds = times.last().map_or(clip.seconds, |&last| clip.seconds.max(last));
             let node = node as usize;
             clip.channels.push(Channel { node, path, interpolation, times, values, width });
         }
         clips.push(clip);
     }
     Ok(clips)
+}
+
+impl Path {
+    /// `None` for those of extensions.
+    fn new(name: &str) -> Option<Self> {
+        Some(match name {
+            "translation" => Self::Translation,
+            "rotation" => Self::Rotation,
+            "scale" => Self::Scale,
+            "weights" => Self::Weights,
+            _ => return None,
+        })
+    }
+
+    /// Numbers at each key.
+    ///
+    /// - `targets`: number of the node's morph targets.
+    const fn width(self, targets: usize) -> usize {
+        match self {
+            Self::Translation | Self::Scale => 3,
+            Self::Rotation => 4,
+            Self::Weights => targets,
+        }
+    }
+}
+
+/// What a sampler interpolates.
+struct Keys {
+    interpolation: Interpolation,
+    /// At least one.
+    times: Vec<f32>,
+    values: Vec<f32>,
+}
+
+impl Keys {
+    /// `None` if there are no keys.
+    fn read(
+        sampler: &Sampler,
+        path: Path,
+        width: usize,
+        accessors: &mut Accessors<'_>,
+        place: &str,
+    ) -> Result<Option<Self>, SceneError> {
+        let interpolation = match sampler.interpolation.as_deref() {
+            None | Some("LINEAR") => Interpolation::Linear,
+            Some("STEP") => Interpolation::Step,
+            Some("CUBICSPLINE") => Interpolation::Cubic,
+            Some(other) => {
+                let reason =
+                    format!("interpolation must be LINEAR, STEP or CUBICSPLINE, got {other:?}");
+                return Err(SceneError::content(place, reason));
+            }
+        };
+        let (Some(input), Some(output)) = (sampler.input, sampler.output) else { return Ok(None) };
+        let times: Vec<f32> = accessors.floats::<1>(input, None)?.concat();
+        if times.is_empty() {
+            return Ok(None);
+        }
+        if let Some(at) = (1..times.len()).find(|&k| times[k] < times[k - 1]) {
+            let (before, after) = (times[at - 1], times[at]);
+            let reason =
+                format!("times must increase, got {before} and then {after} at index {at}");
+            return Err(SceneError::content(place, reason));
+        }
+        let values = match path {
+            Path::Translation | Path::Scale => accessors.floats::<3>(output, None)?.concat(),
+            Path::Rotation => accessors.floats::<4>(output, None)?.concat(),
+            Path::Weights => accessors.floats::<1>(output, None)?.concat(),
+        };
+        let a_key = if interpolation == Interpolation::Cubic { 3 * width } else { width };
+        let wanted = times.len() * a_key;
+        if values.len() != wanted {
+            let (keys, found) = (times.len(), values.len());
+            let reason = format!("{keys} keys must have {wanted} values, got {found}");
+            return Err(SceneError::content(place, reason));
+        }
+        Ok(Some(Self { interpolation, times, values }))
+    }
 }
 
 impl Channel {
@@ -184,7 +230,11 @@ impl Channel {
 
 #[cfg(test)]
 mod tests {
+    use serde_json::json;
+    use uvgraft_tests::strip::{self, Strip};
+
     use super::*;
+    use crate::scene::{PoseRequest, Scene};
 
     fn channel(interpolation: Interpolation, values: &[f32]) -> Channel {
         let times = vec![1.0, 3.0];
@@ -216,5 +266,34 @@ mod tests {
         let cubic = channel(Interpolation::Cubic, &[0.0, 2.0, 1.0, -1.0, 6.0, 0.0]);
         assert_eq!(at(&cubic, 2.0), 4.5);
         assert_eq!([0.0, 1.0, 3.0, 4.0].map(|t| at(&cubic, t)), [2.0, 2.0, 6.0, 6.0]);
+    }
+    #[test]
+    fn channels_without_keys_move_nothing() {
+        let mut strip = Strip::new();
+        let none = strip.add(&[], 5126, 0, "SCALAR");
+        let mut clip = strip.json["animations"][0].clone();
+        for sampler in [
+            json!({ "input": none, "output": strip::TURNS }),
+            json!({ "input": none, "output": none }),
+            json!({ "input": strip::TIMES }),
+            json!({ "output": strip::TURNS }),
+        ] {
+            let samplers = clip["samplers"].as_array_mut().unwrap();
+            let target = json!({ "node": 0, "path": "rotation" });
+            let channel = json!({ "sampler": samplers.len(), "target": target });
+            samplers.push(sampler);
+            clip["channels"].as_array_mut().unwrap().push(channel);
+        }
+        let mut still = clip.clone();
+        still["channels"].as_array_mut().unwrap().remove(0);
+        let strip = strip.with("/animations", json!([clip, still]));
+        let scene = Scene::read(&strip.glb()).unwrap();
+        let clips = scene.clips().iter().map(|clip| (clip.channels_without_keys, clip.seconds));
+        assert_eq!(clips.collect::<Vec<_>>(), [(4, 1.0), (4, 0.0)]);
+        let at = |clip| {
+            let posing = PoseRequest { clip: Some((clip, 1.0)), ..PoseRequest::default() };
+            scene.pose(&posing).unwrap()[0].positions[5]
+        };
+        assert!((at(0)[0] + 1.0).abs() < 1e-6 && at(1) == [0.5, 2.0, 0.0], "{:?}", at(0));
     }
 }

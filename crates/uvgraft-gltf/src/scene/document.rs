@@ -71,6 +71,21 @@ pub(super) struct Node {
     pub skin: Option<u32>,
     #[serde(default)]
     pub weights: Vec<f32>,
+    #[serde(default)]
+    pub extensions: NodeExtensions,
+}
+
+#[derive(Debug, Default, Deserialize)]
+pub(super) struct NodeExtensions {
+    #[serde(rename = "EXT_mesh_gpu_instancing")]
+    pub instancing: Option<Instancing>,
+}
+
+/// Accessors with one element for each instance, by the names of their attributes.
+#[derive(Debug, Deserialize)]
+pub(super) struct Instancing {
+    #[serde(default)]
+    pub attributes: BTreeMap<String, u32>,
 }
 
 #[derive(Debug, Deserialize)]
@@ -150,8 +165,9 @@ pub(super) struct Target {
 
 #[derive(Debug, Deserialize)]
 pub(super) struct Sampler {
-    pub input: u32,
-    pub output: u32,
+    /// Missing in files of some exporters, for channels that move nothing.
+    pub input: Option<u32>,
+    pub output: Option<u32>,
     pub interpolation: Option<String>,
 }
 
@@ -365,7 +381,7 @@ pub(super) struct RootExtensions {
     pub vrm0: Option<Vrm0>,
 }
 
-/// The `EXT_meshopt_compression` extension of a buffer view.
+/// The `EXT_meshopt_compression` or `KHR_meshopt_compression` extension of a buffer view.
 #[derive(Debug, Clone, Deserialize)]
 #[serde(rename_all = "camelCase")]
 pub(super) struct Compressed {

@@ -49,7 +49,9 @@ impl Scene {
             let is_own: Option<Vec<bool>> = node
                 .skin
                 .map(|skin| self.skins[skin].joints.iter().map(|&joint| own[joint]).collect());
-            for (primitive, piece) in self.meshes[mesh].primitives.iter().zip(&mut pieces) {
+            let primitives = &self.meshes[mesh].primitives;
+            let all = node.instances().iter().flat_map(|_| primitives);
+            for (primitive, piece) in all.zip(&mut pieces) {
                 let moved = |vertex: usize| match (&is_own, &primitive.influences) {
                     (Some(is_own), Some(influences)) => {
                         let entries = influences.of(vertex).iter();

@@ -22,6 +22,9 @@ mod extent;
 mod geometry;
 mod humanoid;
 mod images;
+#[cfg(test)]
+mod instance_tests;
+mod instances;
 #[cfg(feature = "ktx2")]
 mod ktx2;
 mod material;
@@ -65,7 +68,9 @@ pub use self::whole::whole;
 
 /// Limit of the rest weights of all nodes' morph targets.
 const MAX_WEIGHTS: u64 = 1 << 24;
-/// Limits for all meshes together, each counted once for every node that shows it.
+/// Limits for all meshes together, each counted once for every node, and every instance, that shows
+/// it.
+const MAX_PRIMITIVES: u64 = 1 << 20;
 const MAX_VERTICES: u64 = 1 << 24;
 const MAX_TRIANGLES: u64 = 1 << 25;
 
@@ -96,6 +101,8 @@ struct Node {
     skin: Option<usize>,
     /// Rest weights of the mesh's morph targets, one each.
     weights: Vec<f32>,
+    /// Transforms from the instances of its mesh to the node, if the file states any.
+    instances: Option<Vec<Affine3A>>,
 }
 
 #[derive(Debug)]
@@ -115,8 +122,12 @@ struct Hierarchy {
 
 impl Hierarchy {
     /// - `meshes`: may lack their primitives.
-    fn new(document: &Document, meshes: &[Mesh]) -> Result<Self, SceneError> {
-        let mut nodes = nodes(document, meshes)?;
+    fn new(
+        document: &Document,
+        meshes: &[Mesh],
+        accessors: &mut Accessors<'_>,
+    ) -> Result<Self, SceneError> {
+        let mut nodes = nodes(document, meshes, accessors)?;
         if document.extensions.vrm0.is_some() && document.extensions.vrm.is_none() {
             turn_around(&mut nodes);
         }
@@ -165,7 +176,7 @@ impl Scene {
         let appearance = appearance::appearance(&asset, &accessors)?;
         let meshes = geometry::meshes(document, &mut accessors, &appearance.uv_sources)?;
         let vrm0 = &document.extensions.vrm0;
-        let Hierarchy { nodes, order, shown } = Hierarchy::new(document, &meshes)?;
+        let Hierarchy { nodes, order, shown } = Hierarchy::new(document, &meshes, &mut accessors)?;
         let skins = skins(document, &mut accessors)?;
         check_sizes(&shown, &nodes, &meshes)?;
         check_joints(&shown, &nodes, &meshes, &skins)?;
@@ -228,15 +239,23 @@ impl Scene {
 
     /// Number of triangles drawn.
     pub fn triangles(&self) -> usize {
-        let meshes = self.shown.iter().filter_map(|&node| self.nodes[node].mesh);
-        let primitives = meshes.flat_map(|mesh| &self.meshes[mesh].primitives);
-        primitives.map(|primitive| primitive.triangles.len()).sum()
+        let of_node = |&node: &usize| {
+            let node = &self.nodes[node];
+            let primitives = node.mesh.map_or(&[][..], |mesh| &self.meshes[mesh].primitives);
+            let triangles = primitives.iter().map(|primitive| primitive.triangles.len());
+            node.instances().len() * triangles.sum::<usize>()
+        };
+        self.shown.iter().map(of_node).sum()
     }
 }
 
-fn nodes(document: &Document, meshes: &[Mesh]) -> Result<Vec<Node>, SceneError> {
+fn nodes(
+    document: &Document,
+    meshes: &[Mesh],
+    accessors: &mut Accessors<'_>,
+) -> Result<Vec<Node>, SceneError> {
     let mut nodes = Vec::with_capacity(document.nodes.len());
-    let mut total = 0;
+    let (mut total, mut instances) = (0, 0);
     for (index, node) in document.nodes.iter().enumerate() {
         let place = format!("node {index}");
         let rest = placement(node, &place)?;
@@ -263,6 +282,7 @@ fn nodes(document: &Document, meshes: &[Mesh]) -> Result<Vec<Node>, SceneError> 
             mesh: node.mesh.map(|mesh| mesh as usize),
             skin: node.skin.map(|skin| skin as usize),
             weights,
+            instances: instances::read(node, &mut instances, accessors)?,
         });
     }
     for (parent, node) in document.nodes.iter().enumerate() {
@@ -315,6 +335,7 @@ fn turn_around(nodes: &mut Vec<Node>) {
         mesh: None,
         skin: None,
         weights: Vec::new(),
+        instances: None,
     });
 }
 
@@ -389,12 +410,17 @@ fn skins(
 }
 
 fn check_sizes(shown: &[usize], nodes: &[Node], meshes: &[Mesh]) -> Result<(), SceneError> {
-    let (mut vertices, mut triangles) = (0_u64, 0_u64);
-    for mesh in shown.iter().filter_map(|&node| nodes[node].mesh) {
+    let (mut primitives, mut vertices, mut triangles) = (0_u64, 0_u64, 0_u64);
+    for node in shown.iter().map(|&node| &nodes[node]) {
+        let Some(mesh) = node.mesh else { continue };
+        // At most 2^20 instances of 2^24 vertices each, so nothing overflows.
+        let instances = node.instances().len() as u64;
         for primitive in &meshes[mesh].primitives {
-            vertices += primitive.positions.len() as u64;
-            triangles += primitive.triangles.len() as u64;
+            primitives += instances;
+            vertices += instances * primitive.positions.len() as u64;
+            triangles += instances * primitive.triangles.len() as u64;
         }
+        too_many("primitives", primitives, MAX_PRIMITIVES)?;
         too_many("vertices", vertices, MAX_VERTICES)?;
         too_many("triangles", triangles, MAX_TRIANGLES)?;
     }

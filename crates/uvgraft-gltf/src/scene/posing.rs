@@ -5,6 +5,8 @@ use std::sync::Arc;
 
 use glam::{Affine3A, Quat, Vec3};
 
+use super::geometry::Primitive;
+use super::instances::InstancePose;
 use super::named_pose::NamedPose;
 use super::transform::{LocalTransform, from_degrees};
 use super::{Node, PoseRequestError, Scene, SkinBinding, skinning};
@@ -69,8 +71,28 @@ impl SkinBinding {
     }
 }
 
+/// - `weights`: weights of the morph targets.
+fn posed(primitive: &Primitive, weights: &[f32], pose: &InstancePose<'_>) -> PosedPrimitive {
+    let (positions, normals) = skinning::deformed(primitive, weights, pose);
+    let triangles = if pose.is_mirrored {
+        primitive.triangles.iter().map(|&[a, b, c]| [a, c, b]).collect()
+    } else {
+        Arc::clone(&primitive.triangles)
+    };
+    PosedPrimitive {
+        positions,
+        normals,
+        uv: Arc::clone(&primitive.uv),
+        more_uv: primitive.more_uv.clone(),
+        colors: primitive.colors.clone(),
+        triangles,
+        material: primitive.material,
+    }
+}
+
 impl Scene {
-    /// The scene's triangles in a pose.
+    /// The scene's triangles in a pose. The primitives of a node's mesh follow each other, once for each
+    /// of its instances.
     ///
     /// # Errors
     /// [`PoseRequestError`] for unknown names, and for numbers that are not finite.
@@ -82,28 +104,10 @@ impl Scene {
             let node = &self.nodes[index];
             let Some(mesh) = node.mesh else { continue };
             let joints = node.skin.map(|skin| self.skins[skin].transforms(&world));
-            let mirrored = joints.is_none() && world[index].matrix3.determinant() < 0.0;
-            for primitive in &self.meshes[mesh].primitives {
-                let (positions, normals) = skinning::deformed(
-                    primitive,
-                    &weights[index],
-                    joints.as_deref(),
-                    &world[index],
-                );
-                let triangles = if mirrored {
-                    primitive.triangles.iter().map(|&[a, b, c]| [a, c, b]).collect()
-                } else {
-                    Arc::clone(&primitive.triangles)
-                };
-                drawn.push(PosedPrimitive {
-                    positions,
-                    normals,
-                    uv: Arc::clone(&primitive.uv),
-                    more_uv: primitive.more_uv.clone(),
-                    colors: primitive.colors.clone(),
-                    triangles,
-                    material: primitive.material,
-                });
+            for instance in node.instances() {
+                let pose = InstancePose::new(&world[index], instance, joints.as_deref());
+                let primitives = self.meshes[mesh].primitives.iter();
+                drawn.extend(primitives.map(|primitive| posed(primitive, &weights[index], &pose)));
             }
         }
         Ok(drawn)

@@ -8,6 +8,7 @@ use glam::{Affine3A, Mat3A, Vec3, Vec3A};
 use uvgraft::threads;
 
 use super::geometry::{Influences, Normals, Primitive};
+use super::instances::InstancePose;
 use super::transform::normal_matrix;
 
 /// Vertices in a unit of parallel work, enough to amortise its overhead.
@@ -21,13 +22,10 @@ const CHUNK: usize = 1024;
 /// computed from the deformed triangles.
 ///
 /// - `weights`: weights of the morph targets.
-/// - `joints`: transforms of the skin's joints from the bind pose to the world.
-/// - `node`: world transform of the node, for primitives without a skin.
 pub(super) fn deformed(
     primitive: &Primitive,
     weights: &[f32],
-    joints: Option<&[Affine3A]>,
-    node: &Affine3A,
+    pose: &InstancePose<'_>,
 ) -> (Vec<[f32; 3]>, Vec<[f32; 3]>) {
     let mut positions = primitive.positions.clone();
     let mut normals = match &primitive.normals {
@@ -40,16 +38,19 @@ pub(super) fn deformed(
             add(&mut normals, &morph.normals, weight);
         }
     }
-    match (joints, &primitive.influences) {
+    match (pose.joints, &primitive.influences) {
         (Some(joints), Some(influences)) => {
             skin(&mut positions, &mut normals, influences, joints);
+            if let Some(moved) = &pose.moved {
+                transform(&mut positions, &mut normals, moved);
+            }
         }
-        _ => transform(&mut positions, &mut normals, node),
+        _ => transform(&mut positions, &mut normals, &pose.node),
     }
     if let Normals::Missing(first) = &primitive.normals {
         normals = area_weighted_normals(&positions, &primitive.triangles, first);
         // Mirroring reverses the winding.
-        if joints.is_none() && node.matrix3.determinant() < 0.0 {
+        if pose.is_mirrored {
             normals.iter_mut().for_each(|normal| *normal = -*normal);
         }
     }

@@ -118,6 +118,31 @@ fn compressed_files_equal_plain_ones() {
 }
 
 #[test]
+fn data_of_fallback_buffers_may_be_missing() {
+    let plain = bent(&Scene::read(&meshopt().glb()).unwrap());
+    let unmarked = meshopt().with("/buffers/1", json!({ "byteLength": 48 }));
+    let elsewhere = meshopt().with("/buffers/1/uri", json!("fallback.bin"));
+    let renamed = |strip: &Strip| {
+        let text = strip.json.to_string().replace("EXT_meshopt", "KHR_meshopt");
+        Strip { json: serde_json::from_str(&text).unwrap(), binary: strip.binary.clone() }
+    };
+    for strip in [&unmarked, &elsewhere, &renamed(&meshopt()), &renamed(&unmarked)] {
+        let glb = strip.glb();
+        assert_eq!(bent(&Scene::read(&glb).unwrap()), plain);
+        assert_eq!(bent(&Scene::read(&whole_of(&glb, None).unwrap()).unwrap()), plain);
+    }
+    // What is not compressed needs its data, and so do compressed streams.
+    let view = unmarked.json["accessors"][strip::BULGE]["bufferView"].to_string();
+    let needed = unmarked.clone().with(&format!("/bufferViews/{view}/buffer"), json!(1));
+    let view = unmarked.json["accessors"][strip::INDICES]["bufferView"].to_string();
+    let at = format!("/bufferViews/{view}/extensions/EXT_meshopt_compression/buffer");
+    for strip in [needed, unmarked.with(&at, json!(1))] {
+        let error = Scene::read(&strip.glb()).unwrap_err().to_string();
+        assert_eq!(error, "buffer 1: must have a URI or a binary chunk");
+    }
+}
+
+#[test]
 fn inconsistent_compressed_parts_are_rejected() {
     let meshopt = |pointer: &str, value: Value| {
         let strip = meshopt();

@@ -18,7 +18,7 @@ use super::check::find;
 use super::document::{Document, Mesh, Primitive};
 use super::error::SceneError;
 use super::geometry::is_surface;
-use super::{Hierarchy, clip, geometry, humanoid, unpack};
+use super::{Clip, Hierarchy, clip, geometry, humanoid, unpack};
 
 /// What a GLB, VRM or glTF file contains.
 #[derive(Debug, Clone, PartialEq, Serialize)]
@@ -53,10 +53,12 @@ pub struct PartContents {
     pub mesh: String,
     /// Name of the material.
     pub material: String,
-    /// Number of vertices.
+    /// Number of vertices of all instances together.
     pub vertices: usize,
-    /// Number of triangles.
+    /// Number of triangles of all instances together.
     pub triangles: usize,
+    /// How often the node draws it: 1 unless the file uses `EXT_mesh_gpu_instancing`.
+    pub instances: usize,
     /// The UV sets: `n` of `TEXCOORD_n`.
     pub uv_sets: Vec<u32>,
     /// Number of morph targets.
@@ -72,6 +74,15 @@ pub struct ClipContents {
     pub name: String,
     /// Its length.
     pub seconds: f32,
+    /// Number of its channels that are ignored because they have no keys.
+    pub channels_without_keys: usize,
+}
+
+impl ClipContents {
+    fn of(clip: Clip) -> Self {
+        let Clip { name, seconds, channels_without_keys, .. } = clip;
+        Self { name, seconds, channels_without_keys }
+    }
 }
 
 /// Reads what a GLB, VRM or glTF file contains.
@@ -91,7 +102,7 @@ fn read_in(bytes: &[u8], folder: Option<&Path>) -> Result<Contents, SceneError> 
     let document = &asset.document;
     let json: serde_json::Value = serde_json::from_slice(asset.json)?;
     let mut accessors = Accessors::new(document, &buffers);
-    let hierarchy = Hierarchy::new(document, &geometry::outlines(document)?)?;
+    let hierarchy = Hierarchy::new(document, &geometry::outlines(document)?, &mut accessors)?;
     let targets: Vec<usize> = hierarchy.nodes.iter().map(|node| node.weights.len()).collect();
     let clips = clip::clips(document, &mut accessors, &targets)?.into_iter();
     let from_vrm0 = match &document.extensions.vrm0 {
@@ -120,7 +131,7 @@ fn read_in(bytes: &[u8], folder: Option<&Path>) -> Result<Contents, SceneError> 
         bones: humanoid::bones(vrm, &document.nodes)?.into_keys().collect(),
         expressions: expressions.collect(),
         morph_targets: target_names(document),
-        clips: clips.map(|clip| ClipContents { name: clip.name, seconds: clip.seconds }).collect(),
+        clips: clips.map(ClipContents::of).collect(),
     })
 }
 
@@ -139,12 +150,15 @@ fn parts(
             let name = |name: Option<&String>| name.cloned().unwrap_or_default();
             let vertices = primitive.attributes.get("POSITION").map(|&it| accessors.count(it));
             let vertices = vertices.transpose()?.unwrap_or(0);
+            let instances = node.instances().len();
+            let triangles = triangles(primitive, vertices, accessors)?;
             parts.push(PartContents {
                 node: node.name.clone(),
                 mesh: name(mesh.name.as_ref()),
                 material: name(material.and_then(|material| material.name.as_ref())),
-                vertices,
-                triangles: triangles(primitive, vertices, accessors)?,
+                vertices: instances.saturating_mul(vertices),
+                triangles: instances.saturating_mul(triangles),
+                instances,
                 uv_sets: uv_sets(primitive),
                 morph_targets: primitive.targets.len(),
                 is_skinned: node.skin.is_some(),

@@ -16,6 +16,7 @@ fn a_file_is_described() {
         material: "cloth".to_owned(),
         vertices: 6,
         triangles: 4,
+        instances: 1,
         uv_sets: vec![0],
         morph_targets: 1,
         is_skinned: true,
@@ -23,7 +24,8 @@ fn a_file_is_described() {
     assert_eq!(found.parts, [part]);
     assert_eq!((found.joints, found.vrm, found.expressions.len()), (2, None, 0));
     assert_eq!(found.morph_targets, ["bulge"]);
-    assert_eq!(found.clips, [ClipContents { name: "bend".to_owned(), seconds: 1.0 }]);
+    let clip = ClipContents { name: "bend".to_owned(), seconds: 1.0, channels_without_keys: 0 };
+    assert_eq!(found.clips, [clip]);
     let [image] = &found.images[..] else { panic!("{:?}", found.images) };
     assert_eq!((image.format, image.size), (Some("PNG"), Some([2, 2])));
     let color =

@@ -14,7 +14,8 @@ use super::error::SceneError;
 /// Buffers of a file, followed by those from decompression.
 type Buffers<'a> = Vec<Cow<'a, [u8]>>;
 
-/// Decompresses the parts compressed by `EXT_meshopt_compression` and `KHR_draco_mesh_compression`.
+/// Decompresses the parts compressed by `EXT_meshopt_compression`, `KHR_meshopt_compression` and
+/// `KHR_draco_mesh_compression`.
 ///
 /// # Errors
 /// [`SceneError`] for damaged streams, or if more than a gigabyte is decompressed in total.

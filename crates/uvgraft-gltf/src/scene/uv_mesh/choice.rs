@@ -4,11 +4,9 @@ use super::super::check::{find, too_many};
 use super::super::document::{Document, Primitive};
 use super::super::error::SceneError;
 use super::super::geometry::is_surface;
-use super::super::{Hierarchy, Node};
+use super::super::{Hierarchy, MAX_PRIMITIVES, Node};
 use super::SceneMeshError;
 
-/// Limit of primitives, counted once for every node that shows them.
-const MAX_PRIMITIVES: u64 = 1 << 20;
 /// Names in messages are cut off after this many characters.
 const MAX_SHOWN: usize = 40;
 
@@ -51,11 +49,13 @@ pub(super) fn chosen<'a>(
 }
 
 fn shown<'a>(document: &'a Document, hierarchy: &Hierarchy) -> Result<Vec<Shown<'a>>, SceneError> {
-    let mut all = Vec::new();
+    let (mut all, mut total) = (Vec::new(), 0);
     for &node in &hierarchy.shown {
-        let Some(mesh) = hierarchy.nodes[node].mesh else { continue };
+        let instances = hierarchy.nodes[node].instances().len();
+        let Some(mesh) = hierarchy.nodes[node].mesh.filter(|_| instances > 0) else { continue };
         let primitives = &document.meshes[mesh].primitives;
-        too_many("primitives", (all.len() + primitives.len()) as u64, MAX_PRIMITIVES)?;
+        total += (instances * primitives.len()) as u64;
+        too_many("primitives", total, MAX_PRIMITIVES)?;
         for (number, primitive) in primitives.iter().enumerate() {
             if is_surface(primitive) {
                 let shown = Shown { node, mesh, number, primitive };

@@ -13,6 +13,7 @@ use super::super::check::too_many;
 use super::super::document::{Document, Primitive};
 use super::super::error::SceneError;
 use super::super::geometry::{read_triangles, read_vertices};
+use super::super::instances::InstancePose;
 use super::super::posing::world;
 use super::super::skinning::deformed;
 use super::super::{Hierarchy, MAX_TRIANGLES, MAX_VERTICES, SkinBinding, check_influences};
@@ -101,22 +102,32 @@ impl<'a> Gatherer<'a> {
         let (first, count) = self.vertices(shown, accessors)?;
         let first_uv = self.coordinates(shown, (set, accessor), count, accessors)?;
         let triangles = read_triangles(shown.primitive, count, &place, accessors)?;
-        let total = self.faces.len() + triangles.len();
+        let (hierarchy, start) = (self.hierarchy, self.faces.len());
+        let node = &hierarchy.nodes[shown.node];
+        let total = start + node.instances().len() * triangles.len();
         too_many("triangles", total as u64, MAX_TRIANGLES)?;
-        let node = &self.hierarchy.nodes[shown.node];
-        let mirrored = node.skin.is_none() && self.world[shown.node].matrix3.determinant() < 0.0;
-        let start = self.faces.len() as u32;
-        for [a, b, c] in triangles {
-            let corners = if mirrored { [a, c, b] } else { [a, b, c] };
-            self.faces.push(corners.map(|corner| first + corner));
-            self.uv_faces.push(corners.map(|corner| first_uv + corner));
+        for (index, instance) in node.instances().iter().enumerate() {
+            let is_mirrored = self.pose(shown.node, instance).is_mirrored;
+            let moved = (index * count) as u32;
+            for &[a, b, c] in &triangles {
+                let corners = if is_mirrored { [a, c, b] } else { [a, b, c] };
+                self.faces.push(corners.map(|corner| first + moved + corner));
+                self.uv_faces.push(corners.map(|corner| first_uv + moved + corner));
+            }
         }
-        self.add_part(shown, start)?;
+        self.add_part(shown, start as u32)?;
         Ok(())
     }
 
+    /// How the vertices of an instance of a node get to the world; its skin must have been used.
+    fn pose(&self, node: usize, instance: &Affine3A) -> InstancePose<'_> {
+        let skin = self.hierarchy.nodes[node].skin;
+        let joints = skin.and_then(|skin| self.joints.get(&skin)).map(Vec::as_slice);
+        InstancePose::new(&self.world[node], instance, joints)
+    }
+
     /// First vertex and number of vertices of a primitive, which are added unless an earlier one of
-    /// the node has the same.
+    /// the node has the same. Those of further instances follow.
     fn vertices(
         &mut self,
         shown: &Shown<'_>,
@@ -130,22 +141,24 @@ impl<'a> Gatherer<'a> {
         if let Some(&known) = self.vertices_of.get(&key) {
             return Ok(known);
         }
-        let node = &self.hierarchy.nodes[shown.node];
+        let hierarchy = self.hierarchy;
+        let node = &hierarchy.nodes[shown.node];
         let primitive =
             read_vertices(shown.primitive, &node.weights, node.skin.is_some(), accessors)?;
-        let total = self.positions.len() + primitive.positions.len();
+        let count = primitive.positions.len();
+        let total = self.positions.len() + node.instances().len() * count;
         too_many("vertices", total as u64, MAX_VERTICES)?;
-        let joints = match node.skin {
-            Some(skin) => {
-                check_influences(&primitive, shown.node, (shown.mesh, skin), self.skins)?;
-                let transforms = || self.skins[skin].transforms(&self.world);
-                Some(self.joints.entry(skin).or_insert_with(transforms).as_slice())
-            }
-            None => None,
-        };
-        let (positions, _) = deformed(&primitive, &node.weights, joints, &self.world[shown.node]);
-        let known = (self.positions.len() as u32, positions.len());
-        self.positions.extend(positions);
+        if let Some(skin) = node.skin {
+            check_influences(&primitive, shown.node, (shown.mesh, skin), self.skins)?;
+            let transforms = || self.skins[skin].transforms(&self.world);
+            self.joints.entry(skin).or_insert_with(transforms);
+        }
+        let known = (self.positions.len() as u32, count);
+        for instance in node.instances() {
+            let pose = self.pose(shown.node, instance);
+            let (positions, _) = deformed(&primitive, &node.weights, &pose);
+            self.positions.extend(positions);
+        }
         self.vertices_of.insert(key, known);
         Ok(known)
     }
@@ -161,7 +174,7 @@ impl<'a> Gatherer<'a> {
         }
     }
 
-    /// First UV coordinate of a primitive.
+    /// First UV coordinate of a primitive; those of further instances follow.
     fn coordinates(
         &mut self,
         shown: &Shown<'_>,
@@ -181,8 +194,10 @@ impl<'a> Gatherer<'a> {
         let mut uv = accessors.floats::<2>(accessor, Some(count))?;
         source.transform(&mut uv);
         let first = self.uv.len() as u32;
-        too_many("UV coordinates", (self.uv.len() + uv.len()) as u64, MAX_VERTICES)?;
-        self.uv.extend(uv);
+        let instances = self.hierarchy.nodes[shown.node].instances().len();
+        let total = self.uv.len() + instances * uv.len();
+        too_many("UV coordinates", total as u64, MAX_VERTICES)?;
+        (0..instances).for_each(|_| self.uv.extend(&uv));
         Ok(*known.insert(first))
     }
 
@@ -201,7 +216,8 @@ impl<'a> Gatherer<'a> {
         }
         let names = self.names(shown);
         let parts = self.without_uv.parts.len();
-        self.without_uv.add(names, triangles.len());
+        let instances = self.hierarchy.nodes[shown.node].instances().len();
+        self.without_uv.add(names, instances * triangles.len());
         if self.without_uv.parts.len() > parts {
             self.spend_names(names)?;
         }

@@ -77,6 +77,7 @@ fn sets_of(sets: &[String]) -> String {
 ///   VRM 0.x is turned to face +Z, as [`Scene`](super::Scene) does.
 /// - UV coordinates are as stored, with the origin at the top left, unless the textures of the
 ///   material that use the set have a `KHR_texture_transform`, which is applied.
+/// - Each instance of a node is there, with vertices and UV coordinates of its own.
 /// - Nodes are in the order of the file, and so are the primitives of their meshes, and the vertices
 ///   and triangles of these. Primitives of a node that share their positions share vertices, and
 ///   likewise UV coordinates. Strips and fans become triangles; points and lines are skipped.
@@ -115,7 +116,7 @@ fn read_in(
     unpack::unpack(&mut asset.document, &mut buffers)?;
     let document = &asset.document;
     let mut accessors = Accessors::new(document, &buffers);
-    let hierarchy = Hierarchy::new(document, &geometry::outlines(document)?)?;
+    let hierarchy = Hierarchy::new(document, &geometry::outlines(document)?, &mut accessors)?;
     let chosen = choice::chosen(document, &hierarchy, choice.name.as_deref())?;
     let skins = skins(document, &mut accessors)?;
     let image_names = ImageNames::new(document, &accessors);

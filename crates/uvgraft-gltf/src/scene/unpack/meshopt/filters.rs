@@ -1,7 +1,8 @@
 //! Inverse filters, applied in place after decoding.
 //!
 //! # Source
-//! Khronos, "EXT_meshopt_compression", appendix B.
+//! Khronos, "KHR_meshopt_compression", appendix B; all but the filter for colours are in
+//! "EXT_meshopt_compression", too.
 
 /// Unit vectors from octahedral encoding: elements of four 8-bit or 16-bit integers, x and y, then
 /// the value that represents 1, then one that is kept.
@@ -72,6 +73,32 @@ pub fn exponential(bytes: &mut [u8], stride: usize) -> Result<(), String> {
     Ok(())
 }
 
+/// RGBA colours from luma and two differences of chroma (YCoCg) with `K` bits each, and `K - 1` bits of
+/// alpha below a set bit, which tells `K`: elements of four 8-bit or 16-bit integers.
+pub fn color(bytes: &mut [u8], stride: usize) -> Result<(), String> {
+    let width = match stride {
+        4 => 1,
+        8 => 2,
+        _ => return Err(format!("the stride for the filter COLOR must be 4 or 8, got {stride}")),
+    };
+    let largest = if width == 1 { 255.0 } else { 65_535.0 };
+    for element in bytes.chunks_exact_mut(stride) {
+        let [y, co, cg, alpha] = [0, 1, 2, 3].map(|k| get(element, k, width) as i32);
+        let mask = if width == 1 { 0xff } else { 0xffff };
+        let (y, alpha) = (y & mask, alpha & mask);
+        // The most that `K` bits hold.
+        let most = ((alpha as u32 + 1).next_power_of_two() - 1).max(1) as i32;
+        // One bit less than the others: the lowest one is repeated.
+        let a = alpha & (most >> 1);
+        let rgba = [y + co - cg, y + cg, y - co - cg, a << 1 | a & 1];
+        for (k, value) in rgba.into_iter().enumerate() {
+            let value = (value as f32 * (largest / most as f32)).clamp(0.0, largest).round();
+            element[k * width..][..width].copy_from_slice(&(value as u16).to_le_bytes()[..width]);
+        }
+    }
+    Ok(())
+}
+
 fn get(element: &[u8], index: usize, width: usize) -> f32 {
     if width == 1 {
         f32::from(element[index] as i8)
@@ -121,5 +148,23 @@ mod tests {
         let mut bytes = [word(-3, 5), word(2, -1)].map(i32::to_le_bytes).concat();
         exponential(&mut bytes, 4).unwrap();
         assert_eq!(bytes, [0.625_f32, -4.0].map(f32::to_le_bytes).concat());
+    }
+    #[test]
+    fn colours_come_from_luma_and_chroma() {
+        let of = |y: i32, co: i32, cg: i32, alpha: i32| [y, co, cg, alpha].map(|value| value as u8);
+        // Red 5, green 3 and blue 1 of 7, in three bits: luma 3, chroma 2 and 0. Alpha is 2 of 3, and
+        // one of its bits is repeated.
+        let mut bytes = [of(3, 2, 0, 0b110), of(255, 0, 0, 0xff), of(0, 0, 0, 0x80)].concat();
+        color(&mut bytes, 4).unwrap();
+        let seventh = |value: f32| (value * 255.0 / 7.0).round() as u8;
+        assert_eq!(bytes[..4], [seventh(5.0), seventh(3.0), seventh(1.0), seventh(4.0)]);
+        assert_eq!(bytes[4..], [255, 255, 255, 255, 0, 0, 0, 0]);
+        // Sixteen bits, with green from negative chroma; nothing tells the bits of the last one.
+        let words = [40_000_u16, 0, (-20_000_i16) as u16, 0xffff, 7, 0, 0, 0];
+        let mut bytes = words.map(u16::to_le_bytes).concat();
+        color(&mut bytes, 8).unwrap();
+        let word = |k: usize| u16::from_le_bytes([bytes[2 * k], bytes[2 * k + 1]]);
+        assert_eq!([0, 1, 2, 3].map(word), [60_000, 20_000, 60_000, 65_535]);
+        assert!(color(&mut bytes, 12).is_err());
     }
 }

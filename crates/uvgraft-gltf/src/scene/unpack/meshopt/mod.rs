@@ -1,7 +1,9 @@
 //! Our own decoder for buffer views compressed by meshoptimizer.
 //!
 //! # Source
-//! Khronos, "EXT_meshopt_compression", appendices A (bitstream) and B (filters).
+//! Khronos, "EXT_meshopt_compression" and "KHR_meshopt_compression", appendices A (bitstream) and B
+//! (filters). The latter adds a version of the bitstream for attributes and a filter for colours, so
+//! one decoder reads both.
 
 mod filters;
 mod indices;
@@ -39,9 +41,10 @@ impl Compressed {
             "OCTAHEDRAL" => filters::octahedral(&mut decoded, stride)?,
             "QUATERNION" => filters::quaternion(&mut decoded, stride)?,
             "EXPONENTIAL" => filters::exponential(&mut decoded, stride)?,
+            "COLOR" => filters::color(&mut decoded, stride)?,
             other => {
                 return Err(format!(
-                    "filter must be OCTAHEDRAL, QUATERNION or EXPONENTIAL, got {other:?}"
+                    "filter must be OCTAHEDRAL, QUATERNION, EXPONENTIAL or COLOR, got {other:?}"
                 ));
             }
         }
