@@ -42,7 +42,7 @@ pub(crate) fn texture(
 ) -> PyResult<GivenTexture> {
     let py = given.py();
     if let Ok(path) = given.extract::<PathBuf>() {
-        let read = py.detach(|| image::read(&path)).map_err(of_reading)?;
+        let read = py.detach(|| image::read_with(&path, encoding.into())).map_err(of_reading)?;
         return Ok(GivenTexture { texture: read.texture, name: path, is_flat: false });
     }
     let name = file_of_pil(given).unwrap_or_else(|| PathBuf::from(what));

@@ -112,7 +112,8 @@ fn read_masks(paths: &[PathBuf]) -> anyhow::Result<Vec<Region>> {
 
 fn read_mask(path: &Path) -> anyhow::Result<Region> {
     // A mask is data, so one half is one half regardless of the encoding that the format states.
-    let texture = image::read(path).or_bad_input()?.texture.with_encoding(Encoding::Data);
+    let read = image::read_with(path, Encoding::Data.into()).or_bad_input()?;
+    let texture = read.texture.with_encoding(Encoding::Data);
     let mask =
         Mask::from_texture(&texture).with_context(|| path.display().to_string()).or_bad_input()?;
     Ok(Region { name: name_of(path), mask: Some(mask) })

@@ -16,6 +16,7 @@ use uvgraft_tests::bodies::synthetic_motion;
 use uvgraft_tests::mannequin;
 use uvgraft_tests::strip::{Strip, WEIGHTS};
 
+use crate::sealed::png_resealed;
 use crate::tflite_seed;
 
 /// What a writer wrote.
@@ -208,7 +209,28 @@ pub(crate) fn image() -> Vec<Vec<u8>> {
             }
         }
     }
+    seeds.extend(declared_spaces());
     seeds
+}
+
+/// PNGs that declare a colour space.
+fn declared_spaces() -> Vec<Vec<u8>> {
+    let image = Image::from(texture(Size::new(5, 3), Channels::Rgb, Depth::U8));
+    let options = WriteOptions::default();
+    let plain = written(|out| encode(&image, Format::Png, &options, out).map(drop));
+    let chunk = |kind: &[u8; 4], content: &[u8]| {
+        let length = (content.len() as u32).to_be_bytes();
+        [&length[..], kind, content, &[0; 4]].concat()
+    };
+    let p3 = [31_270u32, 32_900, 68_000, 32_000, 26_500, 69_000, 15_000, 6_000];
+    [
+        chunk(b"gAMA", &55_556u32.to_be_bytes()),
+        chunk(b"cHRM", &p3.map(u32::to_be_bytes).concat()),
+        chunk(b"cICP", &[9, 16, 0, 1]),
+        chunk(b"cICP", &[12, 18, 0, 0]),
+    ]
+    .map(|chunk| png_resealed(&[&plain[..33], &chunk, &plain[33..]].concat()))
+    .to_vec()
 }
 
 pub(crate) fn pair_file() -> Vec<Vec<u8>> {

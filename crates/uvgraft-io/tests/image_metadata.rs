@@ -284,3 +284,36 @@ fn nothing_of_a_photo_but_its_texels_is_written() {
         assert_eq!(image.texture.depth(), Depth::U8);
     }
 }
+
+/// An XMP packet that says that the image is stored rotated by a quarter turn.
+const ROTATED: &[u8] = br#"<rdf:Description tiff:Orientation="6"/>"#;
+
+#[test]
+fn orientation_is_read_from_xmp_too() {
+    let photo = photo(Channels::Rgb);
+    let png = encoded(&photo, Format::Png);
+    let international = png_chunk(b"iTXt", &[b"XML:com.adobe.xmp\0\0\0\0\0", ROTATED].concat());
+    let (start, end) = png.split_at(png.len() - 12);
+    let jpeg = encoded(&photo, Format::Jpeg);
+    let content = [b"http://ns.adobe.com/xap/1.0/\0", ROTATED].concat();
+    let app1 = [&[0xff, 0xe1][..], &(content.len() as u16 + 2).to_be_bytes(), &content].concat();
+    for bytes in [
+        [&png[..33], &international, &png[33..]].concat(),
+        [start, &international, end].concat(),
+        [&jpeg[..2], &app1, &jpeg[2..]].concat(),
+    ] {
+        assert_eq!(decode_header(&bytes).unwrap().size, Size::new(30, 40));
+        assert_eq!(decode(&bytes).unwrap().size(), Size::new(30, 40));
+    }
+}
+
+#[test]
+fn exif_counts_more_than_xmp() {
+    let plain = encoded(&photo(Channels::Rgb), Format::Png);
+    let upright = ROTATED.to_vec().into_iter().map(|byte| if byte == b'6' { b'1' } else { byte });
+    let upright: Vec<u8> = upright.collect();
+    let text = png_chunk(b"iTXt", &[b"XML:com.adobe.xmp\0\0\0\0\0", &upright[..]].concat());
+    let exif = png_chunk(b"eXIf", &exif_block());
+    let bytes = [&plain[..33], &text, &exif, &plain[33..]].concat();
+    assert_eq!(decode_header(&bytes).unwrap().size, Size::new(30, 40));
+}

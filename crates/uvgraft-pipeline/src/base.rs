@@ -102,7 +102,8 @@ impl Base {
             };
             return Ok(Self::of(Content::Color(unit), order.size_without_image()?, 0));
         };
-        let reader = BandReader::open(image).map_err(|error| not_a_base(&error, image))?;
+        let reader = BandReader::with(image, values.space());
+        let reader = reader.map_err(|error| not_a_base(&error, image))?;
         let format = values.reinterpret(reader.spec().format());
         let name = image.to_string();
         let known = ImageInfo { name, format, icc: reader.icc().map(<[u8]>::to_vec) };

@@ -136,7 +136,7 @@ impl Shared {
     /// the overlay band by band.
     fn try_carry(&self, call: &Call<'_>, log: &mut Log) -> Result<Done> {
         call.observer.check()?;
-        let source = call.source.open()?;
+        let source = call.source.open(self.options.values.space())?;
         let size = source.spec().size;
         self.overlaid
             .check_texture(size)

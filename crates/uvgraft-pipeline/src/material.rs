@@ -1,7 +1,7 @@
 //! Material maps: their roles, and how each role is processed.
 
 use uvgraft::{Content, Depth, Encoding, Filter, NormalOptions, TexelFormat};
-use uvgraft_io::image::Format;
+use uvgraft_io::image::{DeclaredSpace, Format};
 
 use crate::failure::{Failure, Result};
 
@@ -120,6 +120,11 @@ impl Values {
     /// The format with the encoding that the values imply.
     pub(crate) fn reinterpret(self, format: TexelFormat) -> TexelFormat {
         if self.is_data() { TexelFormat { encoding: Encoding::Data, ..format } } else { format }
+    }
+
+    /// Whether colour spaces that files declare are converted.
+    pub(crate) fn space(self) -> DeclaredSpace {
+        if self.is_data() { DeclaredSpace::Ignored } else { DeclaredSpace::Honoured }
     }
 
     /// The bit depth used for processing a texture that is written in the given format.

@@ -4,7 +4,7 @@ use std::path::Path;
 
 use uvgraft::Choice;
 use uvgraft::blend::{BlendDomain, Growth, Selection, Side};
-use uvgraft_io::image::{self, Format};
+use uvgraft_io::image::{self, DeclaredSpace, Format};
 use uvgraft_io::input::Input;
 use uvgraft_io::{vertex_groups, vertex_list};
 
@@ -250,7 +250,7 @@ fn part_of(domain: &BlendDomain, part: &RegionPart) -> Result<Part> {
             names.join(",")
         ))),
         extension if Format::from_extension(extension).is_some() => {
-            let mask = image::read(input).or_input()?.texture;
+            let mask = image::read_with(input, DeclaredSpace::Ignored).or_input()?.texture;
             let selection = domain.painted(*side, &mask).map_err(refused)?;
             Ok(Part { selection, is_white: Uniform::of(&mask) == Some(Uniform::White) })
         }

@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use uvgraft::Texture;
-use uvgraft_io::image::{BandDecoder, BandReader, TextureSpec};
+use uvgraft_io::image::{BandDecoder, BandReader, DeclaredSpace, TextureSpec};
 use uvgraft_io::input::Input;
 
 use crate::failure::{Blame, Failure, Result};
@@ -44,11 +44,13 @@ impl<'a> Source<'a> {
     }
 
     /// Reads everything before the texels.
-    pub(crate) fn open(&self) -> Result<OpenSource<'a>> {
+    ///
+    /// - `space`: whether colours are converted from the colour space that the file declares.
+    pub(crate) fn open(&self, space: DeclaredSpace) -> Result<OpenSource<'a>> {
         match *self {
-            Self::File(path) => BandReader::open(path).or_input().map(OpenSource::File),
+            Self::File(path) => BandReader::with(path, space).or_input().map(OpenSource::File),
             Self::Bytes { name, bytes } => {
-                let decoder = BandDecoder::new(bytes).or_input().map_err(named(name))?;
+                let decoder = BandDecoder::with(bytes, space).or_input().map_err(named(name))?;
                 Ok(OpenSource::Bytes { name, decoder })
             }
         }

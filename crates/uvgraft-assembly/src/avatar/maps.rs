@@ -60,7 +60,7 @@ impl MaterialOptions {
         let is_color = map.role == MapRole::Emissive;
         let encoding = if is_color { Encoding::Srgb } else { Encoding::Data };
         let read = |input: &Input| -> Result<Texture> {
-            let texture = image::read(input).or_input()?.texture;
+            let texture = image::read_with(input, encoding.into()).or_input()?.texture;
             if map.role == MapRole::Normal && !texture.channels().has_color() {
                 return Err(Failure::input(format!(
                     "{input}: a normal map must have three channels, got a greyscale image"

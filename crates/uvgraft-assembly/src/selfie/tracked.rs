@@ -93,7 +93,10 @@ pub(super) fn masked(texture: Texture, mask: Option<&Input>) -> Result<Texture> 
     let size = texture.size();
     let opacity = match mask {
         Some(mask) => {
-            let mask = image::read(mask).or_input()?.texture.with_encoding(Encoding::Data);
+            let mask = image::read_with(mask, Encoding::Data.into())
+                .or_input()?
+                .texture
+                .with_encoding(Encoding::Data);
             let mask = mask.converted(Channels::Grey, Depth::U8);
             Some(mask.resized(size, Filter::Bilinear, Averaging::Encoded).or_input()?)
         }

@@ -3,7 +3,7 @@
 use std::borrow::Cow;
 
 use uvgraft::{Size, Texture};
-use uvgraft_io::image;
+use uvgraft_io::image::{self, DeclaredSpace};
 
 use super::accessor::Accessors;
 use super::asset::Asset;
@@ -134,7 +134,8 @@ pub(super) fn decode(bytes: &[u8], number: u32) -> Result<Texture, SceneError> {
         return ktx2_texture(bytes, number);
     }
     let index = number as usize;
-    let image = image::decode(bytes);
+    // glTF 2.0, section 3.9.2: colour space information in images must be ignored.
+    let image = image::decode_with(bytes, DeclaredSpace::Ignored);
     image.map(|image| image.texture).map_err(|reason| SceneError::Image { index, reason })
 }
 
@@ -156,4 +157,31 @@ fn ktx2_size(_: &[u8], _: u32) -> Result<Size, SceneError> {
 #[cfg(not(feature = "ktx2"))]
 fn ktx2_texture(_: &[u8], _: u32) -> Result<Texture, SceneError> {
     Err(SceneError::extension("KHR_texture_basisu"))
+}
+
+#[cfg(test)]
+mod tests {
+    use std::io::Cursor;
+
+    use uvgraft::{Channels, Encoding, Texels};
+    use uvgraft_io::image::{Format, WriteOptions};
+
+    use super::*;
+
+    #[test]
+    fn the_colour_space_of_an_image_is_ignored() {
+        let values = Texels::U8(vec![128, 10, 200]);
+        let size = Size::new(1, 1);
+        let texture = Texture::new(size, Channels::Rgb, Encoding::Srgb, values).unwrap();
+        let mut out = Cursor::new(Vec::new());
+        let written =
+            image::encode(&texture.clone().into(), Format::Png, &WriteOptions::default(), &mut out);
+        let _ = written.unwrap();
+        let (header, rest) = out.get_ref().split_at(33);
+        // A gAMA chunk of linear light.
+        let gamma = b"\0\0\0\x04gAMA\0\x01\x86\xa0\x31\xe8\x96\x5f";
+        let bytes = [header, gamma, rest].concat();
+        assert_eq!(decode(&bytes, 0).unwrap(), texture);
+        assert_ne!(image::decode(&bytes).unwrap().texture, texture);
+    }
 }

@@ -9,7 +9,10 @@ use super::header::{check_backed, detect};
 use super::opened::Content;
 use super::orientation::Orientation;
 use super::png::RowDecoder;
-use super::{Decoded, Format, Header, Image, ImageError, ReadError, TextureSpec, convert, header};
+use super::{
+    DeclaredSpace, Decoded, Format, Header, Image, ImageError, ReadError, TextureSpec, convert,
+    header,
+};
 use crate::input::Input;
 
 /// An image decoded in bands of rows, with the same result as [`decode`].
@@ -49,15 +52,29 @@ impl<'a> BandDecoder<'a> {
     /// [`ImageError`] for a header that [`decode`](super::decode) rejects, or a truncated file; for
     /// an image decoded at once, any error of [`decode`](super::decode).
     pub fn new(bytes: &'a [u8]) -> Result<Self, ImageError> {
+        Self::with(bytes, DeclaredSpace::Honoured)
+    }
+
+    /// As [`BandDecoder::new`].
+    ///
+    /// - `space`: whether colours are converted from the colour space that the file declares.
+    ///
+    /// # Errors
+    /// As [`BandDecoder::new`].
+    pub fn with(bytes: &'a [u8], space: DeclaredSpace) -> Result<Self, ImageError> {
         if detect(bytes)? == Format::Png {
-            Self::png(Box::new(Cursor::new(bytes)), bytes.len() as u64)
+            Self::png(Box::new(Cursor::new(bytes)), bytes.len() as u64, space)
         } else {
-            Self::whole(bytes)
+            Self::whole(bytes, space)
         }
     }
 
-    pub(super) fn png(input: Box<dyn Stream + 'a>, length: u64) -> Result<Self, ImageError> {
-        let decoder = RowDecoder::new(input)?;
+    pub(super) fn png(
+        input: Box<dyn Stream + 'a>,
+        length: u64,
+        space: DeclaredSpace,
+    ) -> Result<Self, ImageError> {
+        let decoder = RowDecoder::new(input, space)?;
         let stored = decoder.header();
         let icc = header::check_icc(decoder.icc())?;
         let header = stored.public(Format::Png);
@@ -69,14 +86,14 @@ impl<'a> BandDecoder<'a> {
         Ok(Self::from_rows(header, icc, Rows::Png(Box::new(decoder)), length))
     }
 
-    pub(super) fn whole(bytes: &[u8]) -> Result<Self, ImageError> {
+    pub(super) fn whole(bytes: &[u8], space: DeclaredSpace) -> Result<Self, ImageError> {
         let format = detect(bytes)?;
         let length = bytes.len() as u64;
         // Whatever else is wrong with a header, decoding says.
         if let Ok(header) = super::decode_header(bytes) {
             check_backed(&header, length)?;
         }
-        Self::decoded(format, super::decode_stored(format, bytes)?, length)
+        Self::decoded(format, super::decode_stored(format, bytes, space)?, length)
     }
 
     fn decoded(format: Format, decoded: Decoded, length: u64) -> Result<Self, ImageError> {
@@ -262,16 +279,28 @@ impl BandReader {
     /// # Errors
     /// [`ReadError`], with the path, if the file cannot be read, or as [`BandDecoder::new`].
     pub fn open(input: impl Into<Input>) -> Result<Self, ReadError> {
+        Self::with(input, DeclaredSpace::Honoured)
+    }
+
+    /// As [`BandReader::open`], with a choice as in [`BandDecoder::with`].
+    ///
+    /// # Errors
+    /// As [`BandReader::open`].
+    pub fn with(input: impl Into<Input>, space: DeclaredSpace) -> Result<Self, ReadError> {
         let input = input.into();
         let path = input.name().to_path_buf();
         match Content::open(&input) {
-            Ok(content) => Self::of(path, content),
+            Ok(content) => Self::of(path, content, space),
             Err(reason) => Err(ReadError::Io { path, reason }),
         }
     }
 
-    pub(super) fn of(path: PathBuf, content: Content) -> Result<Self, ReadError> {
-        match content.into_decoder() {
+    pub(super) fn of(
+        path: PathBuf,
+        content: Content,
+        space: DeclaredSpace,
+    ) -> Result<Self, ReadError> {
+        match content.into_decoder(space) {
             Ok(Ok(decoder)) => Ok(Self { path, decoder }),
             Ok(Err(reason)) => Err(ReadError::Content { path, reason }),
             Err(reason) => Err(ReadError::Io { path, reason }),

@@ -158,7 +158,7 @@ impl AtDepth for f32 {
 /// [`srgb_from_linear`] in `0.0..=1.0`, approximated by 256 linear segments per octave, clamped
 /// outside. The error is below 1e-6, a fifteenth of a 16-bit level, and it is several times as
 /// fast.
-struct SrgbCurve {
+pub(super) struct SrgbCurve {
     /// Intercept and slope of each segment, from [`SrgbCurve::START`] on.
     pieces: Vec<(f32, f32)>,
 }
@@ -169,7 +169,7 @@ impl SrgbCurve {
     /// Bits of a float that vary within a segment.
     const FREE_BITS: u32 = 15;
 
-    fn new() -> Self {
+    pub(super) fn new() -> Self {
         let first = Self::START.to_bits() >> Self::FREE_BITS;
         let end = 1f32.to_bits() >> Self::FREE_BITS;
         let piece = |index: u32| {
@@ -180,7 +180,7 @@ impl SrgbCurve {
         Self { pieces: (first..end).map(piece).collect() }
     }
 
-    fn at(&self, linear: f32) -> f32 {
+    pub(super) fn at(&self, linear: f32) -> f32 {
         let first = (Self::START.to_bits() >> Self::FREE_BITS) as usize;
         if linear >= 1.0 {
             1.0

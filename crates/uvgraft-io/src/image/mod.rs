@@ -4,7 +4,8 @@
 //! The format is detected from a file's content, never from its name. Images are turned upright
 //! according to their EXIF or TIFF orientation, so written files have none. ICC profiles are passed
 //! through unchanged where the format supports them; [`Written`] lists what a file does not
-//! preserve.
+//! preserve. Colours of PNG and EXR in another colour space that the file declares are converted, unless
+//! [`DeclaredSpace`] says otherwise.
 //!
 //! | | depths | channels | texture encoding | ICC | written as |
 //! |---|---|---|---|---|---|
@@ -26,6 +27,7 @@
 pub mod animation;
 mod band_reader;
 mod band_writer;
+mod color_space;
 mod convert;
 mod error;
 mod exif;
@@ -39,6 +41,7 @@ mod png;
 mod segments;
 mod tiff;
 mod webp;
+mod xmp;
 
 use std::borrow::Cow;
 use std::io::{BufRead, BufReader, Cursor, Seek, SeekFrom, Write};
@@ -48,6 +51,7 @@ use uvgraft::texture::{Size, Texels, Texture};
 
 pub use self::band_reader::{BandDecoder, BandReader};
 pub use self::band_writer::{BandEncoder, BandWriter, check_size};
+pub use self::color_space::DeclaredSpace;
 pub use self::error::{EncodeError, ImageError, Loss, ReadError, WriteError};
 pub(crate) use self::exr::encode_rows as encode_exr_rows;
 pub use self::format::Format;
@@ -182,18 +186,32 @@ struct Decoded {
 /// [`ImageError`] for anything but a complete image of an acceptable size; a truncated file is
 /// never accepted as complete.
 pub fn decode(bytes: &[u8]) -> Result<Image, ImageError> {
-    let mut bands = BandDecoder::new(bytes)?;
+    decode_with(bytes, DeclaredSpace::Honoured)
+}
+
+/// As [`decode`].
+///
+/// - `space`: whether colours are converted from the colour space that the file declares.
+///
+/// # Errors
+/// As [`decode`].
+pub fn decode_with(bytes: &[u8], space: DeclaredSpace) -> Result<Image, ImageError> {
+    let mut bands = BandDecoder::with(bytes, space)?;
     Ok(Image { texture: bands.rest()?, icc: bands.take_icc() })
 }
 
 /// Decodes an image of any format except PNG, which is decoded in rows.
-fn decode_stored(format: Format, bytes: &[u8]) -> Result<Decoded, ImageError> {
+fn decode_stored(
+    format: Format,
+    bytes: &[u8],
+    space: DeclaredSpace,
+) -> Result<Decoded, ImageError> {
     match format {
         Format::Png => unreachable!("decoded in rows"),
         Format::Jpeg => jpeg::decode(bytes),
         Format::WebP => webp::decode(bytes),
         Format::Tiff => tiff::decode(bytes),
-        Format::Exr => exr::decode(bytes),
+        Format::Exr => exr::decode(bytes, space),
     }
 }
 
@@ -216,7 +234,15 @@ impl Decoded {
 /// # Errors
 /// [`ReadError`], with the path or name, if the file cannot be read or [`decode`] rejects it.
 pub fn read(input: impl Into<Input>) -> Result<Image, ReadError> {
-    BandReader::open(input)?.read_whole()
+    read_with(input, DeclaredSpace::Honoured)
+}
+
+/// As [`read`], with a choice as in [`decode_with`].
+///
+/// # Errors
+/// As [`read`].
+pub fn read_with(input: impl Into<Input>, space: DeclaredSpace) -> Result<Image, ReadError> {
+    BandReader::with(input, space)?.read_whole()
 }
 
 /// Enough for an uncompressed image of the largest size, its profile and its tags.

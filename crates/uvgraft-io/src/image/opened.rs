@@ -6,8 +6,8 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use super::{
-    BandDecoder, BandReader, Format, Header, Image, ImageError, MAX_FILE_BYTES, ReadError,
-    camera_header_of,
+    BandDecoder, BandReader, DeclaredSpace, Format, Header, Image, ImageError, MAX_FILE_BYTES,
+    ReadError, camera_header_of,
 };
 use crate::input::{self, Input};
 
@@ -72,7 +72,7 @@ impl OpenImage {
     /// # Errors
     /// As [`BandReader::open`].
     pub fn bands(self) -> Result<BandReader, ReadError> {
-        BandReader::of(self.name, self.content)
+        BandReader::of(self.name, self.content, DeclaredSpace::Honoured)
     }
 }
 
@@ -115,30 +115,33 @@ impl Content {
     }
 
     /// Reads everything before the texels of a PNG, and all of any other image.
-    pub(super) fn into_decoder(self) -> io::Result<Result<BandDecoder<'static>, ImageError>> {
+    pub(super) fn into_decoder(
+        self,
+        space: DeclaredSpace,
+    ) -> io::Result<Result<BandDecoder<'static>, ImageError>> {
         let is_png = |bytes: &[u8]| Format::detect(bytes) == Some(Format::Png);
         Ok(match self {
             Self::File { mut file, length } => {
                 file.rewind()?;
                 if is_png(file.fill_buf()?) {
-                    BandDecoder::png(Box::new(file), length)
+                    BandDecoder::png(Box::new(file), length, space)
                 } else {
                     // Without the copy through the buffer.
                     let mut file = file.into_inner();
                     file.rewind()?;
-                    BandDecoder::whole(&input::read_rest(file, length, MAX_FILE_BYTES)?)
+                    BandDecoder::whole(&input::read_rest(file, length, MAX_FILE_BYTES)?, space)
                 }
             }
             Self::Read(bytes) if is_png(&bytes) => {
                 let length = bytes.len() as u64;
-                BandDecoder::png(Box::new(Cursor::new(bytes)), length)
+                BandDecoder::png(Box::new(Cursor::new(bytes)), length, space)
             }
-            Self::Read(bytes) => BandDecoder::whole(&bytes),
+            Self::Read(bytes) => BandDecoder::whole(&bytes, space),
             Self::Bytes(bytes) if is_png(&bytes) => {
                 let length = bytes.len() as u64;
-                BandDecoder::png(Box::new(Cursor::new(bytes)), length)
+                BandDecoder::png(Box::new(Cursor::new(bytes)), length, space)
             }
-            Self::Bytes(bytes) => BandDecoder::whole(&bytes),
+            Self::Bytes(bytes) => BandDecoder::whole(&bytes, space),
         })
     }
 }

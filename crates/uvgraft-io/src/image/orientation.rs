@@ -2,7 +2,7 @@
 
 use uvgraft::texture::{Channels, Size, Texels};
 
-use super::exif;
+use super::{exif, xmp};
 
 /// A rotation or reflection: a transposition, followed by flips.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
@@ -31,10 +31,13 @@ impl Orientation {
         Self { transposed, flipped_x, flipped_y }
     }
 
-    /// Finds the tag in an EXIF block, with or without the prefix `Exif\0\0`. A malformed block is
-    /// ignored: the image itself may still be fine.
-    pub(super) fn from_exif(exif: &[u8]) -> Self {
-        Self::from_tag(exif::orientation(exif).unwrap_or(1))
+    /// That of the first block that states one: EXIF, then XMP. Malformed blocks are ignored: the
+    /// image itself may still be fine.
+    ///
+    /// - `exif`: with or without the prefix `Exif\0\0`.
+    pub(super) fn from_blocks(exif: &[u8], xmp: &[u8]) -> Self {
+        let tag = exif::orientation(exif).or_else(|| xmp::orientation(xmp));
+        Self::from_tag(tag.unwrap_or(1))
     }
 
     /// The size of the upright image.
@@ -189,11 +192,11 @@ mod tests {
     #[test]
     fn nonsense_in_exif_turns_nothing() {
         let good = b"Exif\0\0MM\0*\0\0\0\x08\0\x01\x01\x12\0\x03\0\0\0\x01\0\x06\0\0\0\0\0\0";
-        assert_eq!(Orientation::from_exif(good), Orientation::from_tag(6));
+        assert_eq!(Orientation::from_blocks(good, b""), Orientation::from_tag(6));
         for cut in 0..26 {
-            assert_eq!(Orientation::from_exif(&good[..cut]), Orientation::default());
+            assert_eq!(Orientation::from_blocks(&good[..cut], b""), Orientation::default());
         }
-        assert_eq!(Orientation::from_exif(b"II*\0\xff\xff\xff\xff"), Orientation::default());
+        assert_eq!(Orientation::from_blocks(b"II*\0\xff\xff\xff\xff", b""), Orientation::default());
         assert_eq!(Orientation::from_tag(9), Orientation::default());
     }
 }

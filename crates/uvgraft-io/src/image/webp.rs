@@ -30,7 +30,9 @@ fn open<R: BufRead + Seek>(mut reader: R) -> Result<(WebPDecoder<R>, StoredHeade
     // Of the chunks read as a whole, only the profile is large.
     decoder.set_memory_limit(4 * MAX_ICC_BYTES);
     let exif = decoder.exif_metadata().map_err(from_webp)?.unwrap_or_default();
-    let (orientation, focal) = (Orientation::from_exif(&exif), FocalLength::from_exif(&exif));
+    let xmp = decoder.xmp_metadata().map_err(from_webp)?.unwrap_or_default();
+    let orientation = Orientation::from_blocks(&exif, &xmp);
+    let focal = FocalLength::from_exif(&exif);
     Ok((decoder, StoredHeader { size, channels, depth: Depth::U8, orientation, focal }))
 }
 

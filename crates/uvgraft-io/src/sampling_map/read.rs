@@ -4,7 +4,7 @@ use uvgraft::{SamplingMap, Size, Texels, Texture};
 
 use super::{Convention, MapFileError};
 use crate::arrays::{self, NamedArrays, NumericArray};
-use crate::image::{self, Format};
+use crate::image::{self, DeclaredSpace, Format};
 use crate::input::{Input, ReadError};
 use crate::numpy;
 
@@ -30,7 +30,8 @@ pub fn parse(bytes: &[u8]) -> Result<SamplingMap, MapFileError> {
         _ if bytes.starts_with(numpy::MAGIC) => of_array(&arrays::parse_npy(bytes)?)?,
         [b'P', b'K', ..] => of_reference(&arrays::parse(bytes)?)?,
         _ if Format::detect(bytes) == Some(Format::Exr) => {
-            of_st_map(image::decode(bytes)?.texture)?
+            // Positions are no colours.
+            of_st_map(image::decode_with(bytes, DeclaredSpace::Ignored)?.texture)?
         }
         _ => {
             let start = bytes[..bytes.len().min(8)].to_vec();

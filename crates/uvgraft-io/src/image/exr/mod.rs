@@ -1,5 +1,6 @@
 //! OpenEXR, through the `exr` crate.
 
+mod colors;
 mod encode;
 
 use std::io::{BufRead, Cursor, Seek};
@@ -16,11 +17,12 @@ use ::exr::meta::header::Header;
 use ::exr::prelude::f16;
 use uvgraft::texture::{Channels, Depth, Size, Texels};
 
+use self::colors::Colors;
 use super::convert::unpremultiply;
 use super::exif::FocalLength;
 use super::header::{StoredHeader, check_bytes, check_size};
 use super::orientation::Orientation;
-use super::{Decoded, Format, ImageError};
+use super::{DeclaredSpace, Decoded, Format, ImageError};
 
 pub(super) use self::encode::RowEncoder;
 pub(crate) use self::encode::encode_rows;
@@ -37,11 +39,16 @@ fn names(channels: Channels) -> &'static [&'static str] {
     }
 }
 
+/// The channels of luminance/chroma images, in the order of R, G and B.
+const CHROMA: [&str; 3] = ["RY", "Y", "BY"];
+const CHROMA_ALPHA: [&str; 4] = ["RY", "Y", "BY", "A"];
+
 /// The mapping from the channels and the data window of a file to a texture.
 struct ChannelLayout {
     header: StoredHeader,
     /// For each channel of the texture, its index in the file.
     sources: Vec<usize>,
+    colors: Colors,
     /// The data window, which programs crop to the non-black part.
     stored: Size,
     /// Its corner, relative to that of the display window.
@@ -63,18 +70,25 @@ fn layout(headers: &[Header]) -> Result<ChannelLayout, ImageError> {
     }
     let list = &header.channels.list;
     let place = |name: &&str| list.iter().position(|channel| channel.name.eq(name));
-    let (channels, sources) = [Channels::Rgba, Channels::Rgb, Channels::GreyAlpha, Channels::Grey]
-        .into_iter()
-        .find_map(|channels| {
-            let sources: Option<Vec<_>> = names(channels).iter().map(place).collect();
-            Some((channels, sources?))
-        })
-        // A single channel is greyscale, whatever its name: a height, a mask.
-        .or_else(|| (list.len() == 1).then(|| (Channels::Grey, vec![0])))
-        .ok_or_else(|| {
-            let found = list.iter().take(8).map(|channel| channel.name.to_string());
-            unsupported(format!("channels {}", found.collect::<Vec<_>>().join(", ")))
-        })?;
+    let (channels, sources, is_luminance_chroma) = [
+        (Channels::Rgba, names(Channels::Rgba)),
+        (Channels::Rgb, names(Channels::Rgb)),
+        (Channels::Rgba, &CHROMA_ALPHA),
+        (Channels::Rgb, &CHROMA),
+        (Channels::GreyAlpha, names(Channels::GreyAlpha)),
+        (Channels::Grey, names(Channels::Grey)),
+    ]
+    .into_iter()
+    .find_map(|(channels, names)| {
+        let sources: Option<Vec<_>> = names.iter().map(place).collect();
+        Some((channels, sources?, names.starts_with(&CHROMA)))
+    })
+    // A single channel is greyscale, whatever its name: a height, a mask.
+    .or_else(|| (list.len() == 1).then(|| (Channels::Grey, vec![0], false)))
+    .ok_or_else(|| {
+        let found = list.iter().take(8).map(|channel| channel.name.to_string());
+        unsupported(format!("channels {}", found.collect::<Vec<_>>().join(", ")))
+    })?;
     for channel in sources.iter().map(|&source| &list[source]) {
         if channel.sampling != Vec2(1, 1) {
             return Err(unsupported(format!("subsampled channel {}", channel.name)));
@@ -92,6 +106,7 @@ fn layout(headers: &[Header]) -> Result<ChannelLayout, ImageError> {
         i64::from(data.position.0) - i64::from(display.position.0),
         i64::from(data.position.1) - i64::from(display.position.1),
     ];
+    let primaries = colors::primaries(header.shared_attributes.chromaticities);
     let orientation = Orientation::default();
     let header = StoredHeader {
         size,
@@ -100,10 +115,11 @@ fn layout(headers: &[Header]) -> Result<ChannelLayout, ImageError> {
         orientation,
         focal: FocalLength::default(),
     };
-    Ok(ChannelLayout { header, sources, stored, offset })
+    let colors = Colors { primaries, is_luminance_chroma };
+    Ok(ChannelLayout { header, sources, colors, stored, offset })
 }
 
-pub(super) fn decode(bytes: &[u8]) -> Result<Decoded, ImageError> {
+pub(super) fn decode(bytes: &[u8], space: DeclaredSpace) -> Result<Decoded, ImageError> {
     let reader = block::read(Cursor::new(bytes), false).map_err(from_exr)?;
     let layout = layout(reader.headers())?;
     let image = ::exr::image::read::read()
@@ -131,6 +147,7 @@ pub(super) fn decode(bytes: &[u8]) -> Result<Decoded, ImageError> {
         }
     }
     let header = layout.header;
+    layout.colors.apply(&mut values, header.channels, space == DeclaredSpace::Honoured);
     if header.channels.has_alpha() {
         unpremultiply(&mut values, header.channels);
     }
@@ -167,6 +184,14 @@ fn from_exr(error: Error) -> ImageError {
         // The crate's error for the end of a file.
         Error::Invalid(reason) if reason == "reference to missing bytes" => {
             ImageError::Truncated { format: FORMAT }
+        }
+        // The crate reads no subsampled channels, and complains of them in several ways.
+        Error::NotSupported(reason) | Error::Invalid(reason) if reason.contains("sampling") => {
+            ImageError::Unsupported {
+                format: FORMAT,
+                found: "subsampled channels, as of luminance/chroma images".to_owned(),
+                wanted: "save it with the channels R, G and B, or Y, RY and BY, at full resolution",
+            }
         }
         Error::NotSupported(reason) => ImageError::Unsupported {
             format: FORMAT,

@@ -1,8 +1,12 @@
 //! JPEG: read through `zune-jpeg`, written by ourselves.
 
 mod blocks;
+mod cleaned;
 mod encode;
 mod entropy;
+mod frame;
+mod narrow;
+mod ycbcr;
 
 use std::io::{self, BufRead, Cursor, Read, Seek};
 
@@ -13,8 +17,10 @@ use zune_jpeg::zune_core::bytestream::ZCursor;
 use zune_jpeg::zune_core::colorspace::ColorSpace;
 use zune_jpeg::zune_core::options::DecoderOptions;
 
+use self::cleaned::cleaned;
+use self::frame::Frame;
 use super::exif::FocalLength;
-use super::header::{StoredHeader, check_size};
+use super::header::StoredHeader;
 use super::orientation::Orientation;
 use super::{Decoded, Format, ImageError};
 pub(super) use encode::{ROWS_IN_SEGMENT, RowEncoder, Segment};
@@ -25,14 +31,28 @@ const FORMAT: Format = Format::Jpeg;
 const ALONE: [u8; 11] = [0x01, 0xd0, 0xd1, 0xd2, 0xd3, 0xd4, 0xd5, 0xd6, 0xd7, 0xd8, 0x00];
 const END_OF_IMAGE: u8 = 0xd9;
 const START_OF_SCAN: u8 = 0xda;
+const APP0: u8 = 0xe0;
 const APP1: u8 = 0xe1;
+/// What an APP1 segment with XMP starts with.
+const XMP: &[u8] = b"http://ns.adobe.com/xap/1.0/\0";
+
+/// What decides how the scans are decoded.
+struct Signs {
+    frame: Frame,
+    is_jfif: bool,
+}
 
 /// Reads the segments up to the first scan.
 pub(super) fn header(reader: &mut (impl BufRead + Seek)) -> Result<StoredHeader, ImageError> {
+    open(reader).map(|(header, _)| header)
+}
+
+fn open(reader: &mut (impl BufRead + Seek)) -> Result<(StoredHeader, Signs), ImageError> {
     let io = |error| ImageError::from_io(FORMAT, &error);
     let mut frame = None;
-    let mut orientation = Orientation::default();
+    let (mut exif, mut xmp) = (Vec::new(), Vec::new());
     let mut focal = FocalLength::default();
+    let mut is_jfif = false;
     loop {
         let marker = next_marker(reader).map_err(io)?;
         match marker {
@@ -45,35 +65,26 @@ pub(super) fn header(reader: &mut (impl BufRead + Seek)) -> Result<StoredHeader,
         reader.take(length.into()).read_to_end(&mut segment).map_err(io)?;
         match (marker, &segment[..]) {
             (APP1, [b'E', b'x', b'i', b'f', 0, 0, ..]) => {
-                orientation = Orientation::from_exif(&segment);
                 focal = FocalLength::from_exif(&segment);
+                exif = segment;
             }
-            // Every start of a frame, except for the other markers in the range: DHT, JPG and DAC.
-            (0xc0..=0xcf, &[bits, h0, h1, w0, w1, components, ..])
-                if ![0xc4, 0xc8, 0xcc].contains(&marker) =>
-            {
-                let side = |high, low| u64::from(u16::from_be_bytes([high, low]));
-                frame = Some((side(w0, w1), side(h0, h1), bits, components));
-            }
-            _ => {}
+            (APP1, segment) if segment.starts_with(XMP) => xmp = segment.to_vec(),
+            // A shorter one says nothing.
+            (APP0, segment) => is_jfif |= segment.starts_with(b"JFIF\0") && segment.len() >= 14,
+            (marker, content) => frame = Frame::new(marker, content).or(frame),
         }
     }
-    let (width, height, bits, components) =
-        frame.ok_or_else(|| ImageError::damaged(FORMAT, "no frame before the scan"))?;
-    let wanted = "supported are 8-bit greyscale and RGB; convert it first";
-    let unsupported = |found| Err(ImageError::Unsupported { format: FORMAT, found, wanted });
-    let channels = match (bits, components) {
-        (8, 1) => Channels::Grey,
-        (8, 3) => Channels::Rgb,
-        (8, 4) => return unsupported("CMYK colours".to_owned()),
-        _ => return unsupported(format!("{components} channels of {bits} bits")),
-    };
-    let size = check_size(FORMAT, (width, height), channels, Depth::U8)?;
-    Ok(StoredHeader { size, channels, depth: Depth::U8, orientation, focal })
+    let frame = frame.ok_or_else(|| ImageError::damaged(FORMAT, "no frame before the scan"))?;
+    let (size, channels) = frame.layout()?;
+    let orientation = Orientation::from_blocks(&exif, &xmp);
+    Ok((
+        StoredHeader { size, channels, depth: Depth::U8, orientation, focal },
+        Signs { frame, is_jfif },
+    ))
 }
 
 pub(super) fn decode(bytes: &[u8]) -> Result<Decoded, ImageError> {
-    let header = header(&mut Cursor::new(bytes))?;
+    let (header, signs) = open(&mut Cursor::new(bytes))?;
     // A code has at least one bit, and a block of 8×8 texels at least one code. So a short file
     // cannot make the decoder allocate and fill gigabytes.
     let Size { width, height } = header.size;
@@ -81,19 +92,54 @@ pub(super) fn decode(bytes: &[u8]) -> Result<Decoded, ImageError> {
     if !is_whole(bytes) || bytes.len() as u64 * 8 < blocks {
         return Err(ImageError::Truncated { format: FORMAT });
     }
-    let color = if header.channels == Channels::Grey { ColorSpace::Luma } else { ColorSpace::RGB };
+    let decoded = match decode_scans(bytes, &header, &signs) {
+        // Only then, since common files need no copy.
+        Err(error) => cleaned(bytes)
+            .and_then(|cleaned| decode_scans(&cleaned, &header, &signs).ok())
+            .ok_or(error),
+        decoded => decoded,
+    };
+    let (values, icc) = decoded.map_err(|error| match error {
+        DecodeErrors::ExhaustedData => ImageError::Truncated { format: FORMAT },
+        error => ImageError::damaged(FORMAT, format_args!("{error:?}")),
+    })?;
+    Ok(Decoded { header, texels: Texels::U8(values), icc })
+}
+
+/// The values, and the profile.
+fn decode_scans(
+    bytes: &[u8],
+    header: &StoredHeader,
+    signs: &Signs,
+) -> Result<(Vec<u8>, Option<Vec<u8>>), DecodeErrors> {
+    let Signs { frame, is_jfif } = signs;
+    let is_grey = header.channels == Channels::Grey;
+    let mut decoder = decoder(bytes, if is_grey { ColorSpace::Luma } else { ColorSpace::RGB });
+    if header.size.width <= narrow::MAX_WIDTH && frame.has_chroma_of_half_width() {
+        decoder.decode_headers()?;
+        if decoder.input_colorspace() == Some(ColorSpace::YCbCr) {
+            let mut values = self::decoder(bytes, ColorSpace::YCbCr).decode()?;
+            narrow::repeat_chroma(&mut values, header.size, frame.has_chroma_of_half_height());
+            return Ok((values, decoder.icc_profile()));
+        }
+    }
+    let mut values = decoder.decode()?;
+    // JFIF counts more than an Adobe segment or components named R, G and B, by which the decoder
+    // takes values for RGB that libjpeg takes for YCbCr.
+    if *is_jfif && !is_grey && decoder.input_colorspace() == Some(ColorSpace::RGB) {
+        ycbcr::to_rgb(&mut values);
+    }
+    Ok((values, decoder.icc_profile()))
+}
+
+fn decoder(bytes: &[u8], color: ColorSpace) -> JpegDecoder<ZCursor<&[u8]>> {
     // Strict, because otherwise a truncated scan is filled with grey.
     let options = DecoderOptions::default()
         .set_strict_mode(true)
         .set_max_width(Texture::MAX_SIDE as usize)
         .set_max_height(Texture::MAX_SIDE as usize)
         .jpeg_set_out_colorspace(color);
-    let mut decoder = JpegDecoder::new_with_options(ZCursor::new(bytes), options);
-    let values = decoder.decode().map_err(|error| match error {
-        DecodeErrors::ExhaustedData => ImageError::Truncated { format: FORMAT },
-        error => ImageError::damaged(FORMAT, format_args!("{error:?}")),
-    })?;
-    Ok(Decoded { header, texels: Texels::U8(values), icc: decoder.icc_profile() })
+    JpegDecoder::new_with_options(ZCursor::new(bytes), options)
 }
 
 /// Whether the image ends before the file does. Decoders fill in missing data, some of them even in

@@ -7,19 +7,22 @@
 use std::io::{BufRead, Seek};
 use std::ops::Range;
 
-use ::png::{BitDepth, ColorType, Decoder, DecodingError, Limits, Reader, Transformations};
-use uvgraft::texture::{Channels, Depth, Texels};
+use ::png::{BitDepth, ColorType, Decoder, DecodingError, Info, Limits, Reader, Transformations};
+use uvgraft::texture::{Channels, Depth, Texels, Value};
 
+use super::color_conversion::ColorConversion;
+use super::color_space;
 use super::image_data::ImageData;
 use super::unfilter::{Unfilter, UnknownFilter};
 use super::{FORMAT, Outline, outline};
-use crate::image::ImageError;
 use crate::image::header::{MAX_ICC_BYTES, StoredHeader};
+use crate::image::{DeclaredSpace, ImageError};
 
 /// A PNG decoded on demand.
 pub(in crate::image) struct RowDecoder<R: BufRead + Seek> {
     header: StoredHeader,
     icc: Option<Vec<u8>>,
+    conversion: Option<ColorConversion>,
     is_sequential: bool,
     rows: Rows<R>,
     /// A row, or several, as stored.
@@ -37,24 +40,27 @@ enum Rows<R: BufRead + Seek> {
 const AT_ONCE: usize = 1 << 17;
 
 impl<R: BufRead + Seek> RowDecoder<R> {
-    pub(in crate::image) fn new(mut source: R) -> Result<Self, ImageError> {
+    pub(in crate::image) fn new(mut source: R, space: DeclaredSpace) -> Result<Self, ImageError> {
         let io = |error| ImageError::from_io(FORMAT, &error);
         let Outline { header, plain } = outline(&mut source)?;
         source.rewind().map_err(io)?;
         let texel_bytes = header.channels.count() * if header.depth == Depth::U16 { 2 } else { 1 };
         let row_bytes = header.size.width as usize * texel_bytes;
-        let (rows, icc, is_sequential) = if let Some(start) = plain {
+        let (rows, colors, is_sequential) = if let Some(start) = plain {
             // Checks what is before the image data.
-            let icc = icc(&reader(&mut source, &header)?);
+            let colors = Colors::new(reader(&mut source, &header)?.info(), &header, space)?;
             let data = ImageData::new(source, start, row_bytes + 1, header.size.height)?;
-            (Rows::Plain(Box::new((data, Unfilter::new(row_bytes, texel_bytes)))), icc, true)
+            (Rows::Plain(Box::new((data, Unfilter::new(row_bytes, texel_bytes)))), colors, true)
         } else {
             let reader = reader(source, &header)?;
-            let (icc, is_sequential) = (icc(&reader), !reader.info().interlaced);
-            (Rows::Other(Box::new(reader)), icc, is_sequential)
+            let colors = Colors::new(reader.info(), &header, space)?;
+            let is_sequential = !reader.info().interlaced;
+            (Rows::Other(Box::new(reader)), colors, is_sequential)
         };
+        let Colors { icc, conversion } = colors;
         let rows_left = header.size.height;
-        Ok(Self { header, icc, is_sequential, rows, bytes: Vec::new(), row_bytes, rows_left })
+        let bytes = Vec::new();
+        Ok(Self { header, icc, conversion, is_sequential, rows, bytes, row_bytes, rows_left })
     }
 
     /// The header; the size is as stored.
@@ -88,17 +94,22 @@ impl<R: BufRead + Seek> RowDecoder<R> {
         let part = places.start as usize * values..places.end as usize * values;
         match texels {
             Texels::U8(texels) => {
-                self.rows.read(&mut texels[part], self.row_bytes)?;
+                let texels = &mut texels[part];
+                self.rows.read(texels, self.row_bytes)?;
                 self.rows_left -= places.len() as u32;
+                self.convert(texels);
                 self.check_end()
             }
             Texels::U16(texels) => {
-                let mut rest = texels[part].iter_mut();
+                let texels = &mut texels[part];
+                let mut rest = texels.iter_mut();
                 self.in_parts(places.len(), |bytes| {
                     for (&bytes, value) in bytes.as_chunks().0.iter().zip(&mut rest) {
                         *value = u16::from_be_bytes(bytes);
                     }
-                })
+                })?;
+                self.convert(texels);
+                Ok(())
             }
             Texels::F32(_) => unreachable!("PNG holds integers"),
         }
@@ -115,12 +126,22 @@ impl<R: BufRead + Seek> RowDecoder<R> {
         }
         self.rows_left = 0;
         self.check_end()?;
-        Ok(match self.header.depth {
-            Depth::U16 => Texels::U16(
-                data.as_chunks().0.iter().map(|&bytes| u16::from_be_bytes(bytes)).collect(),
-            ),
-            _ => Texels::U8(data),
+        Ok(if self.header.depth == Depth::U16 {
+            let values = data.as_chunks().0.iter().map(|&bytes| u16::from_be_bytes(bytes));
+            let mut values: Vec<_> = values.collect();
+            self.convert(&mut values);
+            Texels::U16(values)
+        } else {
+            self.convert(&mut data);
+            Texels::U8(data)
         })
+    }
+
+    /// Converts decoded texels to sRGB, if they are not.
+    fn convert<T: Value + Into<u16> + TryFrom<u16>>(&self, texels: &mut [T]) {
+        if let Some(conversion) = &self.conversion {
+            conversion.apply(texels);
+        }
     }
 
     /// Decodes the next rows in parts.
@@ -201,8 +222,28 @@ fn reader<R: BufRead + Seek>(source: R, header: &StoredHeader) -> Result<Reader<
     Ok(reader)
 }
 
-fn icc<R: BufRead + Seek>(reader: &Reader<R>) -> Option<Vec<u8>> {
-    reader.info().icc_profile.as_deref().map(<[u8]>::to_vec)
+/// What becomes of the colours.
+struct Colors {
+    icc: Option<Vec<u8>>,
+    conversion: Option<ColorConversion>,
+}
+
+impl Colors {
+    fn new(
+        info: &Info<'_>,
+        header: &StoredHeader,
+        space: DeclaredSpace,
+    ) -> Result<Self, ImageError> {
+        let icc = || info.icc_profile.as_deref().map(<[u8]>::to_vec);
+        if space == DeclaredSpace::Ignored {
+            return Ok(Self { icc: icc(), conversion: None });
+        }
+        let conversion = color_space::declared(info)?
+            .and_then(|space| ColorConversion::new(&space, header.channels, header.depth));
+        // A profile describes the values as stored, and counts less than cICP.
+        let icc = if color_space::code_points(info).is_some() { None } else { icc() };
+        Ok(Self { icc, conversion })
+    }
 }
 
 fn from_png(error: DecodingError) -> ImageError {

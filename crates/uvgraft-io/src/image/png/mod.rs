@@ -1,21 +1,24 @@
 //! PNG: a decoder and an encoder of our own for what is common, and the `png` crate.
 
+mod color_conversion;
+mod color_space;
 mod decode;
 mod deflate;
 mod encode;
 mod image_data;
 mod piece_reader;
 mod pieces;
+mod text;
 mod unfilter;
 mod wave;
 
-use std::io::{BufRead, Read, Seek};
+use std::io::{self, BufRead, Read, Seek};
 
 use uvgraft::texture::{Channels, Depth};
 
 pub(super) use self::decode::RowDecoder;
 pub(super) use self::encode::{RowEncoder, Segment, rows_in_segment};
-use super::exif::FocalLength;
+use super::exif::{self, FocalLength};
 use super::header::{StoredHeader, check_size};
 use super::orientation::Orientation;
 use super::{Format, ImageError};
@@ -36,6 +39,14 @@ struct Outline {
     plain: Option<u64>,
 }
 
+/// Up to `most` bytes of a chunk of which `left` bytes are unread, before and after.
+fn beginning(reader: &mut impl Read, left: &mut i64, most: u64) -> io::Result<Vec<u8>> {
+    let mut content = Vec::new();
+    let taken = reader.take(most.min(*left as u64)).read_to_end(&mut content)?;
+    *left -= taken as i64;
+    Ok(content)
+}
+
 /// Walks the chunks to the end without decoding, because EXIF may follow the image; this also
 /// detects truncation.
 fn outline(reader: &mut (impl BufRead + Seek)) -> Result<Outline, ImageError> {
@@ -50,7 +61,7 @@ fn outline(reader: &mut (impl BufRead + Seek)) -> Result<Outline, ImageError> {
     let height = u32::from_be_bytes([h0, h1, h2, h3]);
     let depth = if bits == 16 { Depth::U16 } else { Depth::U8 };
     let mut has_alpha = color & 4 != 0;
-    let mut orientation = Orientation::default();
+    let (mut exif_tag, mut text_tag) = (None, None);
     let mut focal = FocalLength::default();
     let mut is_plain = matches!(bits, 8 | 16) && matches!(color, 0 | 2 | 4 | 6) && interlacing == 0;
     let mut first_data = None;
@@ -76,16 +87,26 @@ fn outline(reader: &mut (impl BufRead + Seek)) -> Result<Outline, ImageError> {
                 has_alpha = true;
                 is_plain = false;
             }
+            // Checked here, since the crate calls these merely invalid data.
+            b"cICP" if left == 4 => {
+                let mut content = [0; 4];
+                reader.read_exact(&mut content).map_err(io)?;
+                left = 0;
+                color_space::check_code_points(content)?;
+            }
             // Animations may start with a part of the image.
             b"acTL" | b"fcTL" | b"fdAT" => is_plain = false,
             b"eXIf" => {
                 // Orientation and focal length are near the start; thumbnails after them are
                 // irrelevant.
-                let mut exif = Vec::new();
-                let taken = reader.take(left.min(1 << 16) as u64).read_to_end(&mut exif);
-                left -= taken.map_err(io)? as i64;
-                orientation = Orientation::from_exif(&exif);
+                let exif = beginning(reader, &mut left, 1 << 16).map_err(io)?;
+                exif_tag = exif::orientation(&exif);
                 focal = FocalLength::from_exif(&exif);
+            }
+            b"tEXt" | b"zTXt" | b"iTXt" if left <= text::MAX_BYTES as i64 => {
+                is_plain &= first_data.is_none() || left <= 1 << 16;
+                let content = beginning(reader, &mut left, text::MAX_BYTES).map_err(io)?;
+                text_tag = text_tag.or_else(|| text::orientation(kind, &content));
             }
             // Critical after the image, or large.
             _ if first_data.is_some() && (kind[0].is_ascii_uppercase() || left > 1 << 16) => {
@@ -101,6 +122,7 @@ fn outline(reader: &mut (impl BufRead + Seek)) -> Result<Outline, ImageError> {
     let colors = if color & 2 != 0 { Channels::Rgb } else { Channels::Grey };
     let channels = if has_alpha { colors.with_alpha() } else { colors };
     let size = check_size(FORMAT, (width.into(), height.into()), channels, depth)?;
+    let orientation = Orientation::from_tag(exif_tag.or(text_tag).unwrap_or(1));
     let header = StoredHeader { size, channels, depth, orientation, focal };
     Ok(Outline { header, plain: first_data.filter(|_| is_plain) })
 }
