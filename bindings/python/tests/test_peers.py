@@ -44,18 +44,19 @@ def test_a_report_names_what_is_wrong_and_counts_reasons(tmp_path):
 def test_a_folder_is_compared_in_other_processes(tmp_path):
     suite = tmp_path / "suite"
     suite.mkdir()
-    for case in written_meshes.cases()[:2]:
-        case.write(suite / case.name)
+    plain = written_models.cases()[0]
+    plain.write(suite / plain.name)
     words = [sys.executable, "-m", "peers", tmp_path, "--jobs", "1"]
     search = os.pathsep.join([os.path.dirname(__file__), *filter(None, sys.path)])
     environment = os.environ | {"PYTHONPATH": search}
     done = subprocess.run(words, capture_output=True, text=True, env=environment, check=False)
     assert done.returncode == 0, done.stderr
-    assert "| suite | meshes | 2 | 2 | 0 |" in done.stdout
+    assert "| suite | meshes | 1 | 1 | 0 |" in done.stdout
+    assert "| suite | models | 1 | 1 | 0 |" in done.stdout
 
 
 def test_a_worker_that_crashes_is_reported_and_replaced(tmp_path):
-    case = written_meshes.cases()[0]
+    case = written_models.cases()[0]
     case.write(tmp_path / case.name)
     a_worker = worker.Worker(limit=60)
     a_worker.run("meshes", tmp_path / case.name)

@@ -104,7 +104,8 @@ def tiff(path):
         array = turned(
             array.reshape(page.imagelength, page.imagewidth, -1), tag.value if tag else 1
         )
-        return list(_by_photometric(page, array))
+        is_jpeg = "JPEG" in getattr(page.compression, "name", "")
+        return [one._replace(is_lossy=is_jpeg) for one in _by_photometric(page, array)]
 
 
 def _by_photometric(page, array):

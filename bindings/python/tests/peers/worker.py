@@ -27,12 +27,11 @@ class Worker:
     def run(self, kind, path):
         """Compare a file and return the outcome."""
         process = self._started()
-        process.stdin.write(json.dumps([kind, os.fspath(path)]) + "\n")
-        process.stdin.flush()
+        process.stdin.write(json.dumps([kind, os.fspath(path)]).encode() + b"\n")
         done = False
         while True:
             line = self._line()
-            if line == f"{_READ}\n":
+            if line == _READ.encode() + b"\n":
                 done = True
             elif line:
                 return Outcome(*json.loads(line))
@@ -47,7 +46,8 @@ class Worker:
                 stdin=subprocess.PIPE,
                 stdout=subprocess.PIPE,
                 stderr=subprocess.DEVNULL,
-                text=True,
+                # A line that waits in a buffer would be missed by select.
+                bufsize=0,
                 env=os.environ | {"PYTHONPATH": os.pathsep.join(filter(None, sys.path))},
             )
         return self.process

@@ -101,25 +101,21 @@ def _exrs():
     weights = np.array([0.2126, 0.7152, 0.0722])
     y = (rgb @ weights).astype(np.float32)
     chroma = {"RY": (rgb[..., 0] - y) / y, "Y": y, "BY": (rgb[..., 2] - y) / y}
-    half = chroma | {name: (chroma[name][:36:2, :44:2], 2) for name in ("RY", "BY")}
-    half["Y"] = y[:36, :44]
     return [
         Case("chromaticities.exr", _exr({"RGB": rgb}, chromaticities=tuple(_P3.ravel()))),
         Case("light_without_alpha.exr", _exr({"RGBA": premultiplied})),
         Case("luminance_chroma.exr", _exr(chroma)),
-        Case("subsampled_chroma.exr", _exr(half), "sampl"),
         Case("integers.exr", _exr({"Y": (y * 1000).astype(np.uint32)}), "integer"),
     ]
 
 
 def _exr(channels, **header):
-    """Write arrays by the names of channels; one in a pair with a number is subsampled by it."""
+    """Write arrays by the names of channels."""
 
     def write(path):
         made = {}
         for name, array in channels.items():
-            pixels, step = array if isinstance(array, tuple) else (array, 1)
-            made[name] = OpenEXR.Channel(np.ascontiguousarray(pixels), step, step)
+            made[name] = OpenEXR.Channel(np.ascontiguousarray(array))
         header_of = {
             "type": OpenEXR.scanlineimage,
             "compression": OpenEXR.ZIP_COMPRESSION,

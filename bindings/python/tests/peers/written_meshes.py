@@ -30,7 +30,9 @@ def cases():
             _ply([(_SQUARE, _box(0, 0, 0.4, 0.8)), (_SQUARE, _box(0.6, 0, 1, 0.8))]),
         ),
         Case(
-            "no_uv.obj", lambda path: path.write_text("v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n"), "UV"
+            "no_uv.obj",
+            lambda path: path.write_text("v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n"),
+            "coordinate",
         ),
     ]
 
