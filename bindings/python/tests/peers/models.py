@@ -7,8 +7,9 @@ from peers import gltf
 from peers.outcome import NOT_COMPARED, REFUSED, REFUSED_BY_ALL, RIGHT, WRONG, Outcome, first_line
 from peers.raster import covered
 
-# The smallest intersection over union.
-_LEAST = 0.97
+# The smallest share of the union on which both agree, to a pixel. It is 0.993 or more in suites
+# where both read the same, and 0.9 and less where a part is missing or elsewhere.
+_LEAST = 0.99
 _SIZE_PX = 256
 # From the side and above, so that no axis-aligned face is seen edge-on.
 _VIEW = {"azimuth": 25.0, "elevation": 15.0, "fov": 20.0}
@@ -71,11 +72,11 @@ def _drawn(parts, box):
             ab, ac = corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]
             # Counter-clockwise, with Y down.
             corners = corners[ab[:, 0] * ac[:, 1] - ab[:, 1] * ac[:, 0] < 0]
-        mask = covered(corners, _SIZE_PX, _SIZE_PX)
         if part.material.get("alphaMode", "OPAQUE") == "OPAQUE":
-            opaque |= mask
+            opaque |= covered(corners, _SIZE_PX, _SIZE_PX)
         else:
-            other |= mask
+            # With the pixels at their edges, which are drawn in part.
+            other |= covered(corners, _SIZE_PX, _SIZE_PX, margin_px=-1.0)
     return opaque, other & ~opaque
 
 
@@ -104,6 +105,19 @@ def _projected(points, box):
 
 def _overlap(ours, theirs):
     union = (ours | theirs).sum()
-    overlap = float((ours & theirs).sum() / union) if union else 1.0
+    if not union:
+        return Outcome(
+            NOT_COMPARED, "only blended or masked materials, or nothing, face the camera"
+        )
+    apart = (ours & ~_grown(theirs)) | (theirs & ~_grown(ours))
+    overlap = 1 - float(apart.sum() / union)
     verdict = RIGHT if overlap >= _LEAST else WRONG
     return Outcome(verdict, "" if verdict == RIGHT else f"overlap {overlap:.3f}", 1 - overlap)
+
+
+def _grown(mask):
+    """Return a mask with the eight neighbours of its pixels."""
+    padded = np.pad(mask, 1)
+    shifted = [padded[1 + y :, 1 + x :] for y in (-1, 0, 1) for x in (-1, 0, 1)]
+    height, width = mask.shape
+    return np.any([one[:height, :width] for one in shifted], axis=0)
