@@ -35,7 +35,7 @@ WHEEL_FEATURES = $(if $(CXX_FOUND),flip simplify ktx2) $$(test ! -s target/viewe
 PYTHON_FEATURES = $(filter-out ktx2,$(WHEEL_FEATURES))
 
 .PHONY: demo test test-rust bench bench-scaling bench-peers book lint fixtures package viewer test-ktx2 test-gpu \
-	test-clients selfie-report recognise test-python wheel test-wheel test-cluster test-torch fuzz test-i686 test-big-endian \
+	test-clients selfie-report recognise test-python wheel test-wheel test-peers test-cluster test-torch fuzz test-i686 test-big-endian \
 	test-aarch64 test-wasm test-web test-miri test-asan check-systems soak mutants dist check-dist
 
 # Everything that tests run, in one go.
@@ -104,6 +104,15 @@ wheel: viewer python-venv
 # newest, where there is one build.
 test-wheel: wheel
 	@UVGRAFT_WHEEL_TESTS=$(if $(ONE_BUILD),few) scripts/test-wheel.sh target/wheels/uvgraft-*.whl
+
+# Compares what the package reads of every image, mesh and model below a folder with what independent readers do, and
+# reports by suite, which is a folder in it: make test-peers FOLDER=suites PEERS="--kinds images --verbose"
+FOLDER ?=
+PEERS_SITE := target/peers-site
+test-peers: wheel
+	@test -d "$(FOLDER)" || { echo "test-peers: FOLDER must be a folder of suites, got '$(FOLDER)'" >&2; exit 1; }
+	@target/python-venv/bin/pip install --quiet --no-deps --upgrade --target $(PEERS_SITE) $(WHEELS)/uvgraft-*.whl
+	@PYTHONPATH=$(PEERS_SITE):bindings/python/tests target/python-venv/bin/python -m peers "$(FOLDER)" $(PEERS)
 
 # The wheel on Ray and on Daft, Python packages of half a gigabyte under target/.
 test-cluster: wheel

@@ -16,15 +16,18 @@ few="test_graft.py test_command.py test_file_transfer.py test_progress.py test_n
 try() {
     python=$1
     tests=$package/tests
+    peers="imagecodecs opencv-python-headless OpenEXR tifffile"
     if [ "${UVGRAFT_WHEEL_TESTS:-$2}" = few ]; then
         tests=
+        peers=
         for name in $few; do tests="$tests $package/tests/$name"; done
     fi
     echo "test-wheel: $("$python" --version), $wheel"
     fresh=$(mktemp -d)
     trap 'rm -rf "$fresh"' EXIT
     "$python" -m venv "$fresh/venv"
-    "$fresh/venv/bin/pip" install --quiet "$wheel" pytest hypothesis pillow scipy tqdm
+    # shellcheck disable=SC2086 # several packages
+    "$fresh/venv/bin/pip" install --quiet "$wheel" pytest hypothesis pillow scipy tqdm $peers
     # Whatever its tests are, this Python must be able to read every file.
     "$fresh/venv/bin/python" -m compileall -q "$fresh"/venv/lib/python*/site-packages/uvgraft
     # Not from the folder of the package, whose sources would be imported in place of the wheel.

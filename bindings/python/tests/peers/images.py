@@ -1,0 +1,109 @@
+"""Compares images with Pillow, OpenCV, tifffile and OpenEXR.
+
+One that agrees is enough: each has its own gaps.
+"""
+
+import numpy as np
+
+import uvgraft
+from peers import colors
+from peers.image_readers import format_of, readers_of
+from peers.outcome import (
+    NOT_COMPARED,
+    REFUSED,
+    REFUSED_BY_ALL,
+    RIGHT,
+    WRONG,
+    Outcome,
+    PeerError,
+    first_line,
+)
+from peers.picture import over_alpha, picture
+
+# In levels of 8 bits, the largest and the mean: decoders differ in how they interpolate subsampled
+# chroma and round their inverse transforms, by up to 11 levels at edges of 500 photographs.
+_LOSSY = (16.0, 1.0)
+# In steps from one value to the next: the rounding of colours that were premultiplied, and a whole
+# step for other depths and for colours that were converted.
+_ROUNDED = 0.5 + 1e-6
+_CONVERTED = 1.0 + 1e-6
+# Relative to the value, for floats: those of EXR have at least 11 bits, premultiplying costs one.
+_RELATIVE = 1e-3
+
+
+def compare(path, progress=lambda: None):
+    """Read an image and compare it with what others read."""
+    try:
+        ours = picture(uvgraft.read_image(path))
+    except (uvgraft.Error, OSError, ValueError) as error:
+        ours, reason = None, first_line(error)
+    progress()
+    data = path.read_bytes()
+    name = format_of(data)
+    theirs, failures = _read_by_peers(path, name)
+    if ours is None:
+        return Outcome(REFUSED if theirs else REFUSED_BY_ALL, reason)
+    if not theirs:
+        return Outcome(WRONG, f"read by uvgraft alone; {'; '.join(failures)}")
+    try:
+        theirs = _in_srgb(theirs, name, data)
+    except PeerError as error:
+        return Outcome(NOT_COMPARED, first_line(error))
+    found = [(*_distance(ours, one, name, data), who) for who, one in theirs]
+    excess, difference, words, who = min(found)
+    if excess <= 0:
+        return Outcome(RIGHT, difference=difference)
+    return Outcome(WRONG, f"{words} from {who}, the closest of {len(found)}", difference)
+
+
+def _read_by_peers(path, name):
+    """Return the pictures of all that can read a file, and the reasons of those that cannot."""
+    pictures, failures = [], []
+    for read in readers_of(name):
+        try:
+            pictures += [(read.__name__, one) for one in read(path)]
+        # Whatever a library raises, it does not read this file.
+        except Exception as error:
+            failures.append(f"{read.__name__}: {first_line(error)}")
+    return pictures, failures
+
+
+def _in_srgb(theirs, name, data):
+    """Convert the colours of a PNG file that states another space."""
+    if name != "png":
+        return theirs
+    return [(who, one._replace(values=colors.srgb_of_png(one.values, data))) for who, one in theirs]
+
+
+def _distance(ours, theirs, name, data):
+    """Return what a difference exceeds the limits by, the difference itself, and words."""
+    if ours.values.shape != theirs.values.shape:
+        sizes = [f"{one.values.shape[1]}x{one.values.shape[0]}" for one in (ours, theirs)]
+        return np.inf, np.inf, f"{sizes[0]} rather than {sizes[1]}"
+    if ours.step == 0:
+        return _float_distance(ours.values, theirs.values)
+    difference = 255 * np.abs(ours.values - theirs.values)
+    largest, mean = float(difference.max()), float(difference.mean())
+    limits = _limits(ours, theirs, name, data)
+    excess = max(largest - limits[0], mean - limits[1])
+    return excess, largest, f"{largest:.3g} levels at most, {mean:.3g} on average"
+
+
+def _limits(ours, theirs, name, data):
+    """Return the largest and the mean difference that is allowed, in levels of 8 bits."""
+    if name == "jpeg" or theirs.is_lossy or (name == "webp" and b"VP8 " in data[:64]):
+        return _LOSSY
+    converted = ours.step != theirs.step or (name == "png" and colors.of_png(data) is not None)
+    steps = _CONVERTED if converted else _ROUNDED
+    return 255 * steps * max(ours.step, theirs.step), np.inf
+
+
+def _float_distance(ours, theirs):
+    """Compare floats relative to their size, weighted by alpha; others must be equal."""
+    ours, theirs = over_alpha(ours), over_alpha(theirs)
+    odd = ~np.isfinite(theirs) | ~np.isfinite(ours)
+    if not np.array_equal(ours[odd], theirs[odd], equal_nan=True):
+        return np.inf, np.inf, "values that are not finite differ"
+    difference = np.abs(ours - theirs)[~odd] / np.maximum(np.abs(theirs[~odd]), 1e-2)
+    largest = float(difference.max(initial=0))
+    return largest - _RELATIVE, largest, f"{largest:.3g} relative to the value"
