@@ -27,6 +27,7 @@ pub mod animation;
 mod band_reader;
 mod band_writer;
 mod convert;
+mod decoder_panics;
 mod error;
 mod exif;
 mod exr;
@@ -188,13 +189,13 @@ pub fn decode(bytes: &[u8]) -> Result<Image, ImageError> {
 
 /// Decodes an image of any format except PNG, which is decoded in rows.
 fn decode_stored(format: Format, bytes: &[u8]) -> Result<Decoded, ImageError> {
-    match format {
+    decoder_panics::refused(format, || match format {
         Format::Png => unreachable!("decoded in rows"),
         Format::Jpeg => jpeg::decode(bytes),
         Format::WebP => webp::decode(bytes),
         Format::Tiff => tiff::decode(bytes),
         Format::Exr => exr::decode(bytes),
-    }
+    })
 }
 
 impl Decoded {
@@ -298,13 +299,13 @@ fn stored_header_of(
     }
     reader.seek(SeekFrom::Start(0)).map_err(|error| io(&error))?;
     let format = header::detect(&start)?;
-    let stored = match format {
+    let stored = decoder_panics::refused(format, || match format {
         Format::Png => png::header(reader),
         Format::Jpeg => jpeg::header(reader),
         Format::WebP => webp::header(reader),
         Format::Tiff => tiff::header(reader),
         Format::Exr => exr::header(reader),
-    }?;
+    })?;
     Ok((format, stored))
 }
 
