@@ -15,7 +15,7 @@ use uvgraft_tests::bodies::synthetic_motion;
 use uvgraft_tests::mannequin;
 use uvgraft_tests::strip::Strip;
 
-use crate::tflite_seed;
+use crate::{tflite_seed, tiff_seeds};
 
 /// What a writer wrote.
 fn written<E: std::fmt::Debug>(
@@ -170,6 +170,7 @@ pub(crate) fn image() -> Vec<Vec<u8>> {
             }
         }
     }
+    seeds.extend(tiff_seeds::all());
     seeds
 }
 

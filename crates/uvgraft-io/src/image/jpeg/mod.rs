@@ -99,7 +99,7 @@ pub(super) fn decode(bytes: &[u8]) -> Result<Decoded, ImageError> {
 /// Whether the image ends before the file does. Decoders fill in missing data, some of them even in
 /// strict mode, so the file must have its end-of-image marker. (A truncated file with such a marker
 /// appended passes: only decoding its codes twice would reveal it.)
-fn is_whole(bytes: &[u8]) -> bool {
+pub(super) fn is_whole(bytes: &[u8]) -> bool {
     let mut reader = Cursor::new(bytes);
     loop {
         match next_marker(&mut reader) {
