@@ -76,8 +76,7 @@ fn wrong(bench: &Bench, pair: &str, source: &str) -> (usize, usize) {
     bench.succeed(&format!(
         "transfer {pair} {source} --size 60 --onto #000000 --gutter 0 -o out.png --mask mask.png"
     ));
-    let [out, mask, source] =
-        ["out.png", "mask.png", source].map(|name| bench.texture(name));
+    let [out, mask, source] = ["out.png", "mask.png", source].map(|name| bench.texture(name));
     let is_linked = |x: u32, y: u32| mask.get(x, y, 0) > 0.5;
     let differs = |x: u32, y: u32| {
         let texel = |texture: &Texture| [0, 1, 2].map(|channel| texture.get(x, y, channel));

@@ -10,6 +10,7 @@ mod readers;
 mod sealed;
 mod seeds;
 mod tflite_seed;
+mod tiff_seeds;
 
 pub use mutation::Mutator;
 pub use sealed::png_resealed;

@@ -13,3 +13,5 @@ mod image_round_trip;
 mod image_samples;
 mod obj_real_files;
 mod png_rows;
+mod tiff_file;
+mod tiff_kinds;

@@ -5,6 +5,7 @@ use std::path::PathBuf;
 
 use uvgraft::texture::{Depth, Size, Texels, Texture};
 
+use super::decoder_panics::refused;
 use super::header::{check_backed, detect};
 use super::opened::Content;
 use super::orientation::Orientation;
@@ -74,13 +75,13 @@ impl<'a> BandDecoder<'a> {
         length: u64,
         space: DeclaredSpace,
     ) -> Result<Self, ImageError> {
-        let decoder = RowDecoder::new(input, space)?;
+        let decoder = refused(Format::Png, || RowDecoder::new(input, space))?;
         let stored = decoder.header();
         let icc = header::check_icc(decoder.icc())?;
         let header = stored.public(Format::Png);
         if stored.orientation != Orientation::default() || !decoder.is_sequential() {
             check_backed(&header, length)?;
-            let texels = decoder.read_all()?;
+            let texels = refused(Format::Png, || decoder.read_all())?;
             return Self::decoded(Format::Png, Decoded { header: stored, texels, icc }, length);
         }
         Ok(Self::from_rows(header, icc, Rows::Png(Box::new(decoder)), length))
@@ -136,7 +137,7 @@ impl<'a> BandDecoder<'a> {
         if let Rows::Png(decoder) = &mut self.rows
             && rows > 0
         {
-            decoder.skip(rows)?;
+            refused(Format::Png, || decoder.skip(rows))?;
         }
         self.next_row += rows;
         Ok(())
@@ -163,7 +164,9 @@ impl<'a> BandDecoder<'a> {
         }
         let mut texels = self.memory(rows as usize * spec.row_values());
         match &mut self.rows {
-            Rows::Png(decoder) => decoder.read(&mut texels, 0..rows)?,
+            Rows::Png(decoder) => {
+                refused(Format::Png, || decoder.read(&mut texels, 0..rows))?;
+            }
             Rows::Whole(whole) => {
                 copy(whole, self.next_row as usize * spec.row_values(), &mut texels);
             }
@@ -199,7 +202,8 @@ impl<'a> BandDecoder<'a> {
         if let Rows::Png(decoder) = &mut self.rows {
             while self.next_row < size.height && is_wanted(self.next_row) {
                 let end = size.height.min(self.next_row + ROWS);
-                if let Err(error) = decoder.read(&mut texels, self.next_row..end) {
+                let rows = self.next_row..end;
+                if let Err(error) = refused(Format::Png, || decoder.read(&mut texels, rows)) {
                     failure = Some((self.next_row, error));
                     break;
                 }

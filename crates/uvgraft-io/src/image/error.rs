@@ -80,6 +80,14 @@ pub enum ImageError {
         /// The decoder's message.
         reason: String,
     },
+    /// The decoder failed in a way that says nothing about the file. Other programs may read it.
+    #[error("unsupported or damaged {format}: its decoder gave up ({reason})")]
+    GaveUp {
+        /// The format of the file.
+        format: Format,
+        /// The decoder's message.
+        reason: String,
+    },
     /// The ICC profile is too long.
     #[error("ICC profile must have at most {max} bytes, got {found}")]
     IccTooLarge {

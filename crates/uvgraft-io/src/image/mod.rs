@@ -29,6 +29,7 @@ mod band_reader;
 mod band_writer;
 mod color_space;
 mod convert;
+mod decoder_panics;
 mod error;
 mod exif;
 mod exr;
@@ -206,13 +207,13 @@ fn decode_stored(
     bytes: &[u8],
     space: DeclaredSpace,
 ) -> Result<Decoded, ImageError> {
-    match format {
+    decoder_panics::refused(format, || match format {
         Format::Png => unreachable!("decoded in rows"),
         Format::Jpeg => jpeg::decode(bytes),
         Format::WebP => webp::decode(bytes),
         Format::Tiff => tiff::decode(bytes),
         Format::Exr => exr::decode(bytes, space),
-    }
+    })
 }
 
 impl Decoded {
@@ -324,13 +325,13 @@ fn stored_header_of(
     }
     reader.seek(SeekFrom::Start(0)).map_err(|error| io(&error))?;
     let format = header::detect(&start)?;
-    let stored = match format {
+    let stored = decoder_panics::refused(format, || match format {
         Format::Png => png::header(reader),
         Format::Jpeg => jpeg::header(reader),
         Format::WebP => webp::header(reader),
         Format::Tiff => tiff::header(reader),
         Format::Exr => exr::header(reader),
-    }?;
+    })?;
     Ok((format, stored))
 }
 

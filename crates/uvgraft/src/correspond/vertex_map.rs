@@ -208,11 +208,7 @@ fn sorted_keys(mesh: &Mesh, point: impl Fn(u32) -> u32) -> Vec<Keyed> {
 }
 
 /// Calls `visit` with the triangles of both meshes at the same points, for all points.
-fn for_each_group(
-    sources: &[Keyed],
-    targets: &[Keyed],
-    mut visit: impl FnMut(&[Keyed], &[Keyed]),
-) {
+fn for_each_group(sources: &[Keyed], targets: &[Keyed], mut visit: impl FnMut(&[Keyed], &[Keyed])) {
     fn groups(keys: &[Keyed]) -> impl Iterator<Item = &[Keyed]> {
         keys.chunk_by(|one, other| one.points == other.points)
     }

@@ -230,7 +230,8 @@ fn texels_of(mesh: &Mesh, faces: impl Iterator<Item = usize>) -> Vec<u64> {
     let words = bits::words(SIDE);
     let mut covered = vec![0; words * SIDE as usize];
     let inside = faces.filter(|&face| !mesh.is_outside(face));
-    for triangle in inside.filter_map(|face| ScanTriangle::new(corners_px(mesh, face, size), size)) {
+    for triangle in inside.filter_map(|face| ScanTriangle::new(corners_px(mesh, face, size), size))
+    {
         for row in triangle.rows() {
             let columns = &mut covered[row as usize * words..][..words];
             bits::insert_range(columns, &triangle.span(row));

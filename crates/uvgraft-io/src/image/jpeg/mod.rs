@@ -145,7 +145,7 @@ fn decoder(bytes: &[u8], color: ColorSpace) -> JpegDecoder<ZCursor<&[u8]>> {
 /// Whether the image ends before the file does. Decoders fill in missing data, some of them even in
 /// strict mode, so the file must have its end-of-image marker. (A truncated file with such a marker
 /// appended passes: only decoding its codes twice would reveal it.)
-fn is_whole(bytes: &[u8]) -> bool {
+pub(super) fn is_whole(bytes: &[u8]) -> bool {
     let mut reader = Cursor::new(bytes);
     loop {
         match next_marker(&mut reader) {

@@ -1,20 +1,16 @@
 //! Rows into a TIFF of strips, top to bottom.
 //!
-//! The `tiff` crate's encoder borrows itself from the first strip to the last, so that it cannot be
-//! kept between rows that arrive one after the other. A file is a header, strips, and a directory
-//! of 16 entries that says where they are; it has the byte order of no machine, but always the same.
+//! A file is a header, strips, and a directory of 16 entries that says where they are; it has the byte order of no
+//! machine, but always the same.
 
 use std::io::{self, Seek, SeekFrom, Write};
 
-use ::tiff::tags::{
-    CompressionMethod, ExtraSamples, PhotometricInterpretation, Predictor, ResolutionUnit,
-    SampleFormat, Tag, Type,
-};
 use flate2::Compression;
 use flate2::write::ZlibEncoder;
 use uvgraft::texture::{Depth, Texels};
 
 use super::FORMAT;
+use super::tags::{self, compression, extra, kind, photometric, predictor, sample_format};
 use crate::image::convert::Conversion;
 use crate::image::{EncodeError, Loss, TextureSpec};
 
@@ -23,6 +19,9 @@ const STRIP_BYTES: u64 = 1_000_000;
 
 /// Classic TIFF has 32-bit offsets; half a gigabyte is reserved for everything else.
 const CLASSIC_BYTES: u64 = 7 << 29;
+
+/// The resolution is a ratio of sides alone.
+const NO_UNIT: u16 = 1;
 
 /// A TIFF written while its rows arrive.
 pub(in crate::image) struct RowEncoder {
@@ -198,7 +197,7 @@ fn take_differences(row: &mut [u8], spec: &TextureSpec) {
 
 /// The entries of a directory, by ascending tags.
 struct Directory {
-    entries: Vec<(Tag, Values)>,
+    entries: Vec<(u16, Values)>,
 }
 
 enum Values {
@@ -216,40 +215,39 @@ impl Directory {
         let channels = spec.channels.count();
         let predicted = *compress && spec.depth != Depth::F32;
         let short = |value: u16| Values::Shorts(vec![value]);
-        let interpretation = if spec.channels.has_color() {
-            PhotometricInterpretation::RGB
-        } else {
-            PhotometricInterpretation::BlackIsZero
-        };
+        let interpretation =
+            if spec.channels.has_color() { photometric::RGB } else { photometric::BLACK_IS_ZERO };
         let format = match spec.depth {
-            Depth::F32 => SampleFormat::IEEEFP,
-            Depth::U8 | Depth::U16 => SampleFormat::Uint,
+            Depth::F32 => sample_format::FLOAT,
+            Depth::U8 | Depth::U16 => sample_format::UNSIGNED,
         };
-        let compression =
-            if *compress { CompressionMethod::Deflate } else { CompressionMethod::None };
-        let predictor = if predicted { Predictor::Horizontal } else { Predictor::None };
+        let method = if *compress { compression::DEFLATE } else { compression::NONE };
+        let difference = if predicted { predictor::HORIZONTAL } else { predictor::NONE };
         let rows = image.rows_in_strip.min(u32::MAX.into()) as u32;
         let mut entries = vec![
-            (Tag::ImageWidth, Values::Longs(vec![spec.size.width])),
-            (Tag::ImageLength, Values::Longs(vec![spec.size.height])),
-            (Tag::BitsPerSample, Values::Shorts(vec![8 * spec.depth.bytes() as u16; channels])),
-            (Tag::Compression, short(compression.to_u16())),
-            (Tag::PhotometricInterpretation, short(interpretation.to_u16())),
-            (Tag::StripOffsets, Values::Offsets(strips.iter().map(|&(at, _)| at).collect())),
-            (Tag::SamplesPerPixel, short(channels as u16)),
-            (Tag::RowsPerStrip, Values::Longs(vec![rows])),
-            (Tag::StripByteCounts, Values::Offsets(strips.iter().map(|&(_, len)| len).collect())),
-            (Tag::XResolution, Values::Rational([1, 1])),
-            (Tag::YResolution, Values::Rational([1, 1])),
-            (Tag::ResolutionUnit, short(ResolutionUnit::None.to_u16())),
-            (Tag::Predictor, short(predictor.to_u16())),
+            (tags::IMAGE_WIDTH, Values::Longs(vec![spec.size.width])),
+            (tags::IMAGE_LENGTH, Values::Longs(vec![spec.size.height])),
+            (tags::BITS_PER_SAMPLE, Values::Shorts(vec![8 * spec.depth.bytes() as u16; channels])),
+            (tags::COMPRESSION, short(method)),
+            (tags::PHOTOMETRIC_INTERPRETATION, short(interpretation)),
+            (tags::STRIP_OFFSETS, Values::Offsets(strips.iter().map(|&(at, _)| at).collect())),
+            (tags::SAMPLES_PER_PIXEL, short(channels as u16)),
+            (tags::ROWS_PER_STRIP, Values::Longs(vec![rows])),
+            (
+                tags::STRIP_BYTE_COUNTS,
+                Values::Offsets(strips.iter().map(|&(_, len)| len).collect()),
+            ),
+            (tags::X_RESOLUTION, Values::Rational([1, 1])),
+            (tags::Y_RESOLUTION, Values::Rational([1, 1])),
+            (tags::RESOLUTION_UNIT, short(NO_UNIT)),
+            (tags::PREDICTOR, short(difference)),
         ];
         if spec.channels.has_alpha() {
-            entries.push((Tag::ExtraSamples, short(ExtraSamples::UnassociatedAlpha.to_u16())));
+            entries.push((tags::EXTRA_SAMPLES, short(extra::ALPHA)));
         }
-        entries.push((Tag::SampleFormat, Values::Shorts(vec![format.to_u16(); channels])));
+        entries.push((tags::SAMPLE_FORMAT, Values::Shorts(vec![format; channels])));
         if let Some(icc) = &image.icc {
-            entries.push((Tag::IccProfile, Values::Undefined(icc.clone())));
+            entries.push((tags::ICC_PROFILE, Values::Undefined(icc.clone())));
         }
         Self { entries }
     }
@@ -269,8 +267,8 @@ impl Directory {
         bytes.extend(&(self.entries.len() as u64).to_le_bytes()[..count_bytes]);
         for (tag, entry) in &self.entries {
             let (kind, count, data) = entry.encode(is_big);
-            bytes.extend(tag.to_u16().to_le_bytes());
-            bytes.extend(kind.to_u16().to_le_bytes());
+            bytes.extend(tag.to_le_bytes());
+            bytes.extend(kind.to_le_bytes());
             offset(&mut bytes, count);
             if data.len() <= inline {
                 bytes.extend(&data);
@@ -291,24 +289,24 @@ impl Directory {
 
 impl Values {
     /// The type, the number of values, and their bytes.
-    fn encode(&self, is_big: bool) -> (Type, u64, Vec<u8>) {
+    fn encode(&self, is_big: bool) -> (u16, u64, Vec<u8>) {
         let bytes_of = |values: &[u32]| values.iter().flat_map(|it| it.to_le_bytes()).collect();
         match self {
             Self::Shorts(values) => {
                 let bytes = values.iter().flat_map(|value| value.to_le_bytes()).collect();
-                (Type::SHORT, values.len() as u64, bytes)
+                (kind::SHORT, values.len() as u64, bytes)
             }
-            Self::Longs(values) => (Type::LONG, values.len() as u64, bytes_of(values)),
+            Self::Longs(values) => (kind::LONG, values.len() as u64, bytes_of(values)),
             Self::Offsets(values) if is_big => {
                 let bytes = values.iter().flat_map(|value| value.to_le_bytes()).collect();
-                (Type::LONG8, values.len() as u64, bytes)
+                (kind::LONG8, values.len() as u64, bytes)
             }
             Self::Offsets(values) => {
                 let values: Vec<u32> = values.iter().map(|&value| value as u32).collect();
-                (Type::LONG, values.len() as u64, bytes_of(&values))
+                (kind::LONG, values.len() as u64, bytes_of(&values))
             }
-            Self::Rational(value) => (Type::RATIONAL, 1, bytes_of(value)),
-            Self::Undefined(bytes) => (Type::UNDEFINED, bytes.len() as u64, bytes.clone()),
+            Self::Rational(value) => (kind::RATIONAL, 1, bytes_of(value)),
+            Self::Undefined(bytes) => (kind::UNDEFINED, bytes.len() as u64, bytes.clone()),
         }
     }
 }
