@@ -99,7 +99,8 @@ def _limits(ours, theirs, name, data):
     # Some readers undo premultiplied alpha by themselves, and round in their own way.
     converted |= name == "tiff" and bool((theirs.values[..., 3] < 1).any())
     steps = _CONVERTED if converted else _ROUNDED
-    return 255 * steps * max(ours.step, theirs.step), np.inf
+    # Values of fewer bits than 8 are values of 8 bits.
+    return 255 * steps * max(ours.step, min(theirs.step, 1 / 255)), np.inf
 
 
 def _float_distance(ours, theirs):
