@@ -7,7 +7,7 @@ from peers import gltf
 from peers.outcome import NOT_COMPARED, REFUSED, REFUSED_BY_ALL, RIGHT, WRONG, Outcome, first_line
 from peers.raster import covered
 
-# The smallest share of the union on which both agree, to a pixel. In public suites it is 0.989 or more
+# The share of the union on which both must agree, to a pixel. In public suites it is 0.989 or more
 # where both read the same, the least for letters a pixel wide; a part that is missing costs more.
 _LEAST = 0.98
 _SIZE_PX = 256
