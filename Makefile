@@ -35,8 +35,8 @@ WHEEL_FEATURES = $(if $(CXX_FOUND),flip simplify ktx2) $$(test ! -s target/viewe
 PYTHON_FEATURES = $(filter-out ktx2,$(WHEEL_FEATURES))
 
 .PHONY: demo test test-rust bench bench-scaling bench-peers book lint fixtures package viewer test-ktx2 test-gpu \
-	test-clients selfie-report recognise test-python wheel test-wheel test-peers test-cluster test-torch fuzz test-i686 test-big-endian \
-	test-aarch64 test-wasm test-web test-miri test-asan check-systems soak mutants dist check-dist
+	test-clients selfie-report recognise test-python wheel test-wheel test-peers test-cluster test-torch fuzz test-i686 \
+	test-big-endian test-aarch64 test-wasm test-web test-miri test-asan check-systems soak mutants dist check-dist
 
 # Everything that tests run, in one go.
 .PHONY: build

@@ -35,8 +35,8 @@ _PRIMARIES_SLACK = 0.002
 def xyz_from(chromaticities):
     """Return the matrix from linear RGB to XYZ, for a white of luminance 1."""
     xy = np.asarray(chromaticities, float)
-    xyz = np.c_[xy[:, 0] / xy[:, 1], np.ones(4), (1 - xy.sum(1)) / xy[:, 1]].T
-    primaries, white = xyz[:, :3], xyz[:, 3]
+    xyz = np.c_[xy, 1 - xy.sum(1)].T
+    primaries, white = xyz[:, :3], xyz[:, 3] / xy[3, 1]
     return primaries * np.linalg.solve(primaries, white)
 
 

@@ -45,6 +45,19 @@ def readers_of(name):
     return {"tiff": (pillow, tiff, opencv), "exr": (exr,)}.get(name, (pillow, opencv))
 
 
+def is_lossy(path, name):
+    """Whether decoders of a file may differ by what they make of its waves."""
+    if name == "tiff":
+        try:
+            with tifffile.TiffFile(path) as file:
+                return "JPEG" in getattr(file.pages.first.compression, "name", "")
+        # What is wrong with it, readers say.
+        except Exception:
+            return False
+    # The chunk of a lossy image, in an animation behind further headers.
+    return name == "jpeg" or (name == "webp" and b"VP8 " in path.read_bytes())
+
+
 def pillow(path):
     """Read with Pillow, which says what colours mean by modes."""
     PIL.Image.MAX_IMAGE_PIXELS = None
@@ -104,8 +117,7 @@ def tiff(path):
         array = turned(
             array.reshape(page.imagelength, page.imagewidth, -1), tag.value if tag else 1
         )
-        is_jpeg = "JPEG" in getattr(page.compression, "name", "")
-        return [one._replace(is_lossy=is_jpeg) for one in _by_photometric(page, array)]
+        return list(_by_photometric(page, array))
 
 
 def _by_photometric(page, array):

@@ -7,7 +7,7 @@ import numpy as np
 
 import uvgraft
 from peers import colors
-from peers.image_readers import format_of, readers_of
+from peers.image_readers import format_of, is_lossy, readers_of
 from peers.outcome import (
     NOT_COMPARED,
     REFUSED,
@@ -49,7 +49,8 @@ def compare(path, progress=lambda: None):
         theirs = _in_srgb(theirs, name, data)
     except PeerError as error:
         return Outcome(NOT_COMPARED, first_line(error))
-    found = [(*_distance(ours, one, name, data), who) for who, one in theirs]
+    lossy = is_lossy(path, name)
+    found = [(*_distance(ours, one, name, lossy, data), who) for who, one in theirs]
     excess, difference, words, who = min(found)
     if excess <= 0:
         return Outcome(RIGHT, difference=difference)
@@ -75,7 +76,7 @@ def _in_srgb(theirs, name, data):
     return [(who, one._replace(values=colors.srgb_of_png(one.values, data))) for who, one in theirs]
 
 
-def _distance(ours, theirs, name, data):
+def _distance(ours, theirs, name, lossy, data):
     """Return what a difference exceeds the limits by, the difference itself, and words."""
     if ours.values.shape != theirs.values.shape:
         sizes = [f"{one.values.shape[1]}x{one.values.shape[0]}" for one in (ours, theirs)]
@@ -83,19 +84,23 @@ def _distance(ours, theirs, name, data):
     if ours.step == 0:
         return _float_distance(ours.values, theirs.values)
     difference = 255 * np.abs(ours.values - theirs.values)
+    if name == "webp":
+        # Whatever colours are where nothing is seen: an animation has none there.
+        difference[theirs.values[..., 3] == 0, :3] = 0
     largest, mean = float(difference.max()), float(difference.mean())
-    limits = _limits(ours, theirs, name, data)
+    limits = _LOSSY if lossy else _limits(ours, theirs, name, data)
     excess = max(largest - limits[0], mean - limits[1])
     return excess, largest, f"{largest:.3g} levels at most, {mean:.3g} on average"
 
 
 def _limits(ours, theirs, name, data):
     """Return the largest and the mean difference that is allowed, in levels of 8 bits."""
-    if name == "jpeg" or theirs.is_lossy or (name == "webp" and b"VP8 " in data[:64]):
-        return _LOSSY
     converted = ours.step != theirs.step or (name == "png" and colors.of_png(data) is not None)
+    # Some readers undo premultiplied alpha by themselves, and round in their own way.
+    converted |= name == "tiff" and bool((theirs.values[..., 3] < 1).any())
     steps = _CONVERTED if converted else _ROUNDED
-    return 255 * steps * max(ours.step, theirs.step), np.inf
+    # Values of fewer bits than 8 are values of 8 bits.
+    return 255 * steps * max(ours.step, min(theirs.step, 1 / 255)), np.inf
 
 
 def _float_distance(ours, theirs):

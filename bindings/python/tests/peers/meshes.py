@@ -74,11 +74,9 @@ def _wrong_coverage(sampled, uv, is_partial):
     corners = uv * _SIZE_PX
     missing = covered(corners[inside], *mask.shape, margin_px=_MARGIN_PX) & ~mask
     # Others are moved into the unit square as a whole, or cut where tiles meet.
-    tiles = corners - _SIZE_PX * np.floor(uv.min(1, keepdims=True))
-    around = [
-        corners,
-        *(tiles - _SIZE_PX * np.array(step) for step in ((0, 0), (1, 0), (0, 1), (1, 1))),
-    ]
+    outside, low = corners[~inside], np.floor(uv[~inside].min(1, keepdims=True))
+    steps = (np.zeros(2), -low, -low - [1, 0], -low - [0, 1], -low - [1, 1])
+    around = [corners[inside], *(outside + _SIZE_PX * step for step in steps)]
     extra = mask & ~covered(np.concatenate(around), *mask.shape, margin_px=-_MARGIN_PX)
     # Where islands overlap, one owns the texels of others at its edge, which are its gutter.
     allowed = mask.size if is_partial else sampled.stats["gutter"]

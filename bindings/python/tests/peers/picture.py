@@ -11,12 +11,11 @@ class Picture(NamedTuple):
     """An upright picture.
 
     `values` is `(h, w, 4)` of float64, RGBA with 1.0 for white, alpha not premultiplied. `step` is
-    that from one value to the next, 0 for floats. `is_lossy` says that decoders may differ.
+    that from one value to the next, 0 for floats.
     """
 
     values: np.ndarray
     step: float
-    is_lossy: bool = False
 
 
 def picture(array, bits=None, premultiplied=False):
