@@ -1,7 +1,5 @@
 //! Kinds of TIFF that other programs write and uvgraft does not: each is read as it is meant, or refused with what to do.
 
-#![expect(clippy::unwrap_used, reason = "a test stops at what should not fail")]
-
 use uvgraft::texture::{Channels, Depth, Size, Texels};
 use uvgraft_io::image::{ImageError, decode};
 use weezl::BitOrder;
