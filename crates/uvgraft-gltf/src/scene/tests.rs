@@ -129,6 +129,38 @@ fn unskinned_meshes_follow_their_node() {
 }
 
 #[test]
+fn sparse_arrays_without_others_are_zero_elsewhere() {
+    let mut strip = Strip::new();
+    let indices = strip.view(&[5, 0, 0, 0]);
+    let values = strip.view(&[0.25_f32, 0.5, 1.0].map(f32::to_le_bytes).concat());
+    let accessor = &mut strip.json["accessors"][strip::POSITIONS];
+    accessor.as_object_mut().unwrap().remove("bufferView");
+    accessor["sparse"] = json!({
+        "count": 1,
+        "indices": { "bufferView": indices, "componentType": 5121 },
+        "values": { "bufferView": values }
+    });
+    let found = positions(&read(&strip), &PoseRequest::default());
+    assert_eq!((found[0], found[5]), ([0.0; 3], [0.25, 0.5, 1.0]));
+}
+
+#[test]
+fn transforms_of_textures_may_name_another_set() {
+    let mut strip = Strip::new();
+    let second = strip.add(&[0, 0x80, 0xff, 0xff].repeat(6), 5123, 6, "VEC2");
+    strip.json["accessors"][second]["normalized"] = true.into();
+    strip.json["meshes"][0]["primitives"][0]["attributes"]["TEXCOORD_1"] = second.into();
+    let transform = json!({ "KHR_texture_transform": { "texCoord": 1, "offset": [0.25, 0] } });
+    let texture = json!({ "index": 0, "texCoord": 0, "extensions": transform });
+    let strip = strip.with("/materials/0/pbrMetallicRoughness/baseColorTexture", texture);
+    let drawn = read(&strip).pose(&PoseRequest::default()).unwrap();
+    let mesh = read_mesh(&strip.glb(), &MeshChoice::default()).unwrap().mesh;
+    for uv in [drawn[0].uv[3], mesh.uv()[3]] {
+        assert!((uv[0] - (0.25 + 32_768.0 / 65_535.0)).abs() < 1e-6 && uv[1] == 1.0, "{uv:?}");
+    }
+}
+
+#[test]
 fn quantised_and_sparse_arrays_are_decoded() {
     let mut strip = Strip::new().with("/extensionsRequired", json!(["KHR_mesh_quantization"]));
     let bytes = [0_i8, 127, -127, -128].map(|value| value as u8).repeat(6);
