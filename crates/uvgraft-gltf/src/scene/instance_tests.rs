@@ -12,12 +12,12 @@ fn floats(values: &[f32]) -> Vec<u8> {
 }
 
 /// The node of the strip without its skin, with attributes of instances.
-fn with_attributes(mut strip: Strip, attributes: Value) -> Strip {
+fn with_attributes(mut strip: Strip, attributes: &Value) -> Strip {
     strip.json["nodes"][2].as_object_mut().unwrap().remove("skin");
     skinned(strip, attributes)
 }
 
-fn skinned(strip: Strip, attributes: Value) -> Strip {
+fn skinned(strip: Strip, attributes: &Value) -> Strip {
     let instancing = json!({ "EXT_mesh_gpu_instancing": { "attributes": attributes } });
     strip
         .with("/nodes/2/extensions", instancing)
@@ -42,7 +42,7 @@ fn three() -> Strip {
     let sizes = floats(&[1.0, 1.0, 1.0, 2.0, 2.0, 2.0, -1.0, 1.0, 1.0]);
     let sizes = strip.add(&sizes, 5126, 3, "VEC3");
     let attributes = json!({ "TRANSLATION": places, "ROTATION": turns, "SCALE": sizes });
-    with_attributes(strip, attributes).with("/nodes/2/translation", json!([0, 0, 5]))
+    with_attributes(strip, &attributes).with("/nodes/2/translation", json!([0, 0, 5]))
 }
 
 fn near(found: [f32; 3], wanted: [f32; 3]) -> bool {
@@ -77,18 +77,18 @@ fn rotations_may_be_bytes_and_attributes_missing() {
     let turns = [0_i8, 0, 0, 127, 0, 0, 90, 90].map(|value| value as u8);
     let turns = strip.add(&turns, 5120, 2, "VEC4");
     strip.json["accessors"][turns]["normalized"] = true.into();
-    let drawn = Scene::read(&with_attributes(strip, json!({ "ROTATION": turns })).glb()).unwrap();
+    let drawn = Scene::read(&with_attributes(strip, &json!({ "ROTATION": turns })).glb()).unwrap();
     let drawn = drawn.pose(&PoseRequest::default()).unwrap();
     assert!(drawn.len() == 2 && near(drawn[1].positions[1], [0.0, 0.5, 0.0]), "{drawn:?}");
     // Attributes of an application count instances, which are all at the node.
     for count in [0, 1, 4] {
         let mut strip = Strip::new();
         let numbers = strip.add(&[7; 16], 5121, count, "SCALAR");
-        let scene = Scene::read(&with_attributes(strip, json!({ "_ID": numbers })).glb()).unwrap();
+        let scene = Scene::read(&with_attributes(strip, &json!({ "_ID": numbers })).glb()).unwrap();
         assert_eq!(scene.triangles(), 4 * count);
         assert_eq!(scene.pose(&PoseRequest::default()).unwrap().len(), count);
     }
-    let plain = Scene::read(&with_attributes(Strip::new(), json!({})).glb()).unwrap();
+    let plain = Scene::read(&with_attributes(Strip::new(), &json!({})).glb()).unwrap();
     assert_eq!(plain.triangles(), 4);
 }
 
@@ -96,7 +96,7 @@ fn rotations_may_be_bytes_and_attributes_missing() {
 fn instances_of_a_skinned_mesh_move_as_posed() {
     let mut strip = Strip::new();
     let places = strip.add(&floats(&[0.0, 0.0, 0.0, 3.0, 0.0, 0.0]), 5126, 2, "VEC3");
-    let strip = skinned(strip, json!({ "TRANSLATION": places }));
+    let strip = skinned(strip, &json!({ "TRANSLATION": places }));
     // As seen from the node, whose units are twice as long; its scale does not affect joints.
     let strip = strip.with("/nodes/2/scale", json!([2, 2, 2]));
     let scene = Scene::read(&strip.glb()).unwrap();
@@ -159,7 +159,7 @@ fn impossible_instances_are_refused() {
         let accessors = strip.json["accessors"].as_array_mut().unwrap();
         let first = accessors.len();
         accessors.extend([zeros(count), zeros(other)]);
-        with_attributes(strip, json!({ "TRANSLATION": first, "SCALE": first + 1 }))
+        with_attributes(strip, &json!({ "TRANSLATION": first, "SCALE": first + 1 }))
     };
     assert!(Scene::read(&with(9, 9).glb()).is_ok());
     let many = (1 << 20) + 1;
@@ -170,8 +170,8 @@ fn impossible_instances_are_refused() {
         (with(2, 3), "must have 2 elements, got 3"),
         (with(many, many), "must have at most 1048576 instances, got 1048577"),
         (with(u64::MAX, 1), "instances"),
-        (with_attributes(Strip::new(), json!({ "SCALE": 99 })), "refers to accessor 99"),
-        (with_attributes(Strip::new(), json!({ "SCALE": strip::UV })), "must have 3 components"),
+        (with_attributes(Strip::new(), &json!({ "SCALE": 99 })), "refers to accessor 99"),
+        (with_attributes(Strip::new(), &json!({ "SCALE": strip::UV })), "must have 3 components"),
         (twice, "must have at most 1048576 primitives, got 2097152"),
     ];
     for (strip, wanted) in cases {
