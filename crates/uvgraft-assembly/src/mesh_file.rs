@@ -49,7 +49,7 @@ impl LoadedMesh {
                 grouped(count)
             ),
         };
-        let parts = self.without_uv.listed();
+        let parts = self.without_uv.listed(self.mesh.parts());
         Some(if parts.is_empty() { told } else { format!("{told}: {parts}") })
     }
 }

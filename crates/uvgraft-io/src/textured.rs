@@ -55,11 +55,13 @@ impl WithoutUv {
     }
 
     /// The names of parts, quoted, for a message; empty if they have none.
-    pub fn listed(&self) -> String {
+    ///
+    /// - `kept`: the parts with UV coordinates, from which the names are to tell the others apart.
+    pub fn listed(&self, kept: &[MeshPart]) -> String {
         /// Names listed, and characters shown of each.
         const SHOWN: usize = 5;
         const LENGTH: usize = 40;
-        let names = self.names();
+        let names = self.names(kept);
         let quoted = |name: &&str| format!("{:?}", name.chars().take(LENGTH).collect::<String>());
         let shown: Vec<String> = names.iter().take(SHOWN).map(quoted).collect();
         let shown = shown.join(", ");
@@ -69,12 +71,20 @@ impl WithoutUv {
         }
     }
 
-    /// The first name that each part has, without repetition.
-    fn names(&self) -> Vec<&str> {
+    /// The first name of each part that none of the others has, or else its first name, without
+    /// repetition.
+    fn names(&self, kept: &[MeshPart]) -> Vec<&str> {
+        fn given(part: &MeshPart) -> [&str; 3] {
+            [&part.object, &part.group, &part.material]
+        }
         let mut names = Vec::new();
         for part in &self.parts {
-            let given = [&*part.object, &part.group, &part.material];
-            let name = given.into_iter().find(|name| !name.is_empty());
+            let names_of_part = given(part);
+            let of_part = || (0..3).filter(|&kind| !names_of_part[kind].is_empty());
+            let tells_apart =
+                |kind: &usize| kept.iter().all(|kept| given(kept)[*kind] != names_of_part[*kind]);
+            let chosen = of_part().find(tells_apart).or_else(|| of_part().next());
+            let name = chosen.map(|kind| names_of_part[kind]);
             names.extend(name.filter(|name| !names.contains(name)));
         }
         names
@@ -93,14 +103,23 @@ mod tests {
         found.add(["", "", "cap"], 1);
         assert_eq!((found.polygons, found.parts.len()), (4, 2));
         assert_eq!(found.parts[1].polygons, 3..4);
-        assert_eq!(found.listed(), "\"hair\", \"cap\"");
+        assert_eq!(found.listed(&[]), "\"hair\", \"cap\"");
+        let cap_part = found.parts[1].clone();
         let cap = found.only_parts(|part| part.material == "cap");
-        assert_eq!((cap.parts[0].polygons.clone(), &*cap.listed()), (0..1, "\"cap\""));
+        assert_eq!((cap.parts[0].polygons.clone(), &*cap.listed(&[])), (0..1, "\"cap\""));
+        // A window of a car has the object's name, and so has the rest of the car.
+        let mut window = WithoutUv::default();
+        window.add(["car", "", "glass"], 1);
+        assert_eq!(window.listed(&[]), "\"car\"");
+        assert_eq!(
+            window.listed(&[MeshPart { object: "car".to_owned(), ..cap_part }]),
+            "\"glass\""
+        );
         let mut many = WithoutUv::default();
         (0..9).for_each(|k| many.add([&format!("part {k}"), "", ""], 1));
-        assert!(many.listed().ends_with("\"part 4\" and 4 more"), "{}", many.listed());
+        assert!(many.listed(&[]).ends_with("\"part 4\" and 4 more"), "{}", many.listed(&[]));
         let mut unnamed = WithoutUv::default();
         unnamed.add([""; 3], 7);
-        assert_eq!(unnamed.listed(), "");
+        assert_eq!(unnamed.listed(&[]), "");
     }
 }

@@ -158,7 +158,7 @@ fn faces_without_coordinates_among_others_are_left_out() {
     // The face of the second texture.
     let text = CORNERS.replace("3 0 1 2 6 0.5 0 1 0 1 1 1", "3 0 1 2 0 1");
     let found = parse(text.as_bytes()).unwrap();
-    assert_eq!((found.without_uv.polygons, &*found.without_uv.listed()), (1, "\"cloth.png\""));
+    assert_eq!((found.without_uv.polygons, &*found.without_uv.listed(&[])), (1, "\"cloth.png\""));
     assert_eq!(found.mesh.parts()[0].material, "skin of a face.png");
     let short = CORNERS.replace("3 0 2 3 6 0 0 1 1 0 1 0", "3 0 2 3 4 0 0 1 1 0");
     let error = parse(short.as_bytes()).unwrap_err().to_string();

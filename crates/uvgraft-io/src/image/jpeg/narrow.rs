@@ -1,8 +1,9 @@
 //! Images of at most four columns with chroma of half their width.
 //!
 //! Decoders interpolate chroma between its columns, except that libjpeg, and whatever is built on it,
-//! repeats each column of such images, because there are two at most. `zune-jpeg` interpolates, up to
-//! 80 levels of 255 apart on noise. Here its interpolation, with weights of 3/4 and 1/4, is undone.
+//! repeats each column of such images, because there are two at most. `zune-jpeg` interpolates, which is
+//! dozens of levels of 255 apart where colours change. Here its interpolation, with weights of 3/4 and
+//! 1/4, is undone.
 
 use uvgraft::texture::Size;
 
