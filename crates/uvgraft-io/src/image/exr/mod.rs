@@ -95,7 +95,7 @@ fn layout(headers: &[Header]) -> Result<ChannelLayout, ImageError> {
             return Err(unsupported(format!("integer channel {}", channel.name)));
         }
     }
-    subsampled::check(header)?;
+    subsampled::check(headers)?;
     let (data, display) = (header.data_window(), header.shared_attributes.display_window);
     let sides = |size: Vec2<usize>| (size.0 as u64, size.1 as u64);
     let size = check_size(FORMAT, sides(display.size), channels, Depth::F32)?;

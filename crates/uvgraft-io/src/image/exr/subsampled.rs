@@ -20,30 +20,36 @@ use crate::image::ImageError;
 const FULL: Vec2<usize> = Vec2(1, 1);
 const HALF: Vec2<usize> = Vec2(2, 2);
 
-/// Whether any channel of any part is subsampled.
+/// Whether any channel of any part is subsampled, for which the crate refuses the file.
 pub(super) fn any(headers: &[Header]) -> bool {
-    headers.iter().flat_map(|header| &header.channels.list).any(is_subsampled)
+    headers.iter().any(|header| subsampled(header).next().is_some())
+}
+
+fn subsampled(header: &Header) -> impl Iterator<Item = &ChannelDescription> {
+    header.channels.list.iter().filter(|channel| is_subsampled(channel))
 }
 
 fn is_subsampled(channel: &ChannelDescription) -> bool {
     channel.sampling != FULL
 }
 
-/// Checks what is subsampled, and how.
+/// Checks what is subsampled in the first part, and how. Those of another part are never read.
 ///
 /// # Errors
 /// [`ImageError::Unsupported`] for anything but scan lines with RY and BY at half the resolution, and
 /// [`ImageError::Damaged`] for a data window that these cannot have.
-pub(super) fn check(header: &Header) -> Result<(), ImageError> {
+pub(super) fn check(headers: &[Header]) -> Result<(), ImageError> {
     let wanted =
         "supported are scan lines with RY and BY at half the resolution in both directions";
     let unsupported = |found| ImageError::Unsupported { format: FORMAT, found, wanted };
-    let subsampled = || header.channels.list.iter().filter(|channel| is_subsampled(channel));
-    let Some(first) = subsampled().next() else { return Ok(()) };
+    let (Some(first), Some(header)) = (headers.iter().flat_map(subsampled).next(), headers.first())
+    else {
+        return Ok(());
+    };
     if header.blocks != BlockDescription::ScanLines {
-        return Err(unsupported(format!("tiles of subsampled channel {}", first.name)));
+        return Err(unsupported(format!("tiles and subsampled channel {}", first.name)));
     }
-    for channel in subsampled() {
+    for channel in subsampled(header) {
         let is_chroma = [CHROMA[0], CHROMA[2]].iter().any(|name| channel.name.eq(name));
         if !is_chroma || channel.sampling != HALF {
             let (Vec2(x, y), name) = (channel.sampling, &channel.name);
@@ -51,11 +57,12 @@ pub(super) fn check(header: &Header) -> Result<(), ImageError> {
         }
     }
     // Codecs are told the bytes of a texel, which must be a whole number.
-    let bytes: usize = subsampled().map(|channel| channel.sample_type.bytes_per_sample()).sum();
+    let bytes: usize =
+        subsampled(header).map(|channel| channel.sample_type.bytes_per_sample()).sum();
     if !bytes.is_multiple_of(4) {
         return Err(unsupported("subsampled channels other than a pair of one type".to_owned()));
     }
-    check_window(header.data_window())
+    if subsampled(header).next().is_some() { check_window(header.data_window()) } else { Ok(()) }
 }
 
 /// Checks that chroma is at each second texel and row of the data window, from the first on.
@@ -72,7 +79,7 @@ fn check_window(window: IntegerBounds) -> Result<(), ImageError> {
 
 /// Reads channels of the first part at the resolution of its data window.
 ///
-/// - `meta`: its first header was accepted by [`check`].
+/// - `meta`: its headers were accepted by [`check`].
 /// - `file`: all bytes.
 /// - `table`: those after the headers, where the table of offsets is.
 /// - `sources`: indices of the channels that are read, none of which is of integers.

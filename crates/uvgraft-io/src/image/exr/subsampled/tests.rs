@@ -1,4 +1,6 @@
 use ::exr::block::chunk::CompressedScanLineBlock;
+use ::exr::math::RoundingMode;
+use ::exr::meta::attribute::{LevelMode, TileDescription};
 use ::exr::meta::{Requirements, magic_number};
 use uvgraft::texture::{Channels, Depth, Size, Texture};
 
@@ -191,4 +193,24 @@ fn other_subsampling_is_refused_by_name() {
     let error = refused(channels(), Vec2(22, 37));
     let window = "the data window must be divisible by 2, got 22×37 texels at (-4, 6)";
     assert_eq!(error, format!("damaged {}: {window}", Format::Exr));
+}
+
+#[test]
+fn another_part_may_be_subsampled_beside_scan_lines() {
+    let grey = || vec![channel("Y", SampleType::F32, 1)];
+    // Odd sizes are for the first part to have, whatever another's channels are.
+    let mut parts =
+        [header(grey(), Vec2(5, 3), Compression::RLE), header(channels(), SIZE, Compression::RLE)];
+    assert!(any(&parts));
+    check(&parts).unwrap();
+    let tiles = TileDescription {
+        tile_size: Vec2(8, 8),
+        level_mode: LevelMode::Singular,
+        rounding_mode: RoundingMode::Down,
+    };
+    parts[0].blocks = BlockDescription::Tiles(tiles);
+    let error = check(&parts).unwrap_err().to_string();
+    assert!(error.starts_with("unsupported EXR: tiles and subsampled channel BY;"), "{error}");
+    parts.swap(0, 1);
+    check(&parts).unwrap();
 }
