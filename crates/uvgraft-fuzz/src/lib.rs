@@ -5,6 +5,7 @@
 //! binaries are in `fuzz/`), and the tests of this crate mutate the seeds with a seeded generator.
 
 mod differential;
+mod exr_seeds;
 mod mutation;
 mod readers;
 mod sealed;

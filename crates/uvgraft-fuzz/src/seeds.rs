@@ -17,7 +17,7 @@ use uvgraft_tests::mannequin;
 use uvgraft_tests::strip::{Strip, WEIGHTS};
 
 use crate::sealed::png_resealed;
-use crate::{tflite_seed, tiff_seeds};
+use crate::{exr_seeds, tflite_seed, tiff_seeds};
 
 /// What a writer wrote.
 fn written<E: std::fmt::Debug>(
@@ -211,6 +211,7 @@ pub(crate) fn image() -> Vec<Vec<u8>> {
     }
     seeds.extend(declared_spaces());
     seeds.extend(tiff_seeds::all());
+    seeds.extend(exr_seeds::all());
     seeds
 }
 

@@ -279,15 +279,3 @@ fn luminance_and_chroma_are_read_as_colours() {
     let chroma = exr(&[("Y", y), ("RY", (r - y) / y), ("BY", (b - y) / y)], None);
     assert!(near(&floats(&chroma), &[r, g, b]));
 }
-
-#[test]
-fn subsampled_channels_are_refused_with_advice() {
-    let mut bytes = exr(&[("Y", 0.5), ("RY", 0.1), ("BY", 0.1)], None);
-    // Name, type, linearity, and sampling in both directions.
-    let at = bytes.windows(3).position(|part| part == b"RY\0").unwrap() + 3 + 8;
-    bytes[at] = 2;
-    bytes[at + 4] = 2;
-    let error = decode(&bytes).unwrap_err();
-    assert!(matches!(error, ImageError::Unsupported { .. }), "{error}");
-    assert!(error.to_string().contains("full resolution"), "{error}");
-}

@@ -2,10 +2,11 @@
 
 mod colors;
 mod encode;
+mod subsampled;
+mod upsampling;
 
 use std::io::{BufRead, Cursor, Seek};
 
-use ::exr::block;
 use ::exr::error::Error;
 use ::exr::image::FlatSamples;
 use ::exr::image::read::image::ReadLayers;
@@ -90,13 +91,11 @@ fn layout(headers: &[Header]) -> Result<ChannelLayout, ImageError> {
         unsupported(format!("channels {}", found.collect::<Vec<_>>().join(", ")))
     })?;
     for channel in sources.iter().map(|&source| &list[source]) {
-        if channel.sampling != Vec2(1, 1) {
-            return Err(unsupported(format!("subsampled channel {}", channel.name)));
-        }
         if channel.sample_type == SampleType::U32 {
             return Err(unsupported(format!("integer channel {}", channel.name)));
         }
     }
+    subsampled::check(headers)?;
     let (data, display) = (header.data_window(), header.shared_attributes.display_window);
     let sides = |size: Vec2<usize>| (size.0 as u64, size.1 as u64);
     let size = check_size(FORMAT, sides(display.size), channels, Depth::F32)?;
@@ -120,32 +119,19 @@ fn layout(headers: &[Header]) -> Result<ChannelLayout, ImageError> {
 }
 
 pub(super) fn decode(bytes: &[u8], space: DeclaredSpace) -> Result<Decoded, ImageError> {
-    let reader = block::read(Cursor::new(bytes), false).map_err(from_exr)?;
-    let layout = layout(reader.headers())?;
-    let image = ::exr::image::read::read()
-        .no_deep_data()
-        .largest_resolution_level()
-        .all_channels()
-        .first_valid_layer()
-        .all_attributes()
-        .non_parallel()
-        .from_chunks(reader)
-        .map_err(from_exr)?;
-    let count = layout.header.channels.count();
-    let mut values = vec![0.0; layout.header.values()];
-    for (channel, &source) in layout.sources.iter().enumerate() {
-        match &image.layer_data.channel_data.list[source].sample_data {
-            FlatSamples::F16(samples) => {
-                place(samples, &layout, &mut values[channel..], count, f16::to_f32);
-            }
-            FlatSamples::F32(samples) => {
-                place(samples, &layout, &mut values[channel..], count, |value| value);
-            }
-            FlatSamples::U32(_) => {
-                return Err(ImageError::damaged(FORMAT, "the values do not match the header"));
-            }
+    let mut rest = bytes;
+    let meta = MetaData::read_from_buffered(&mut rest, false).map_err(from_exr)?;
+    let layout = layout(&meta.headers)?;
+    let mut values = if subsampled::any(&meta.headers) {
+        let planes = subsampled::read(&meta, bytes, rest, &layout.sources)?;
+        let mut values = vec![0.0; layout.header.values()];
+        for (channel, samples) in planes.iter().enumerate() {
+            place(samples, &layout, channel, &mut values, |value| value);
         }
-    }
+        values
+    } else {
+        decode_full(bytes, &layout)?
+    };
     let header = layout.header;
     layout.colors.apply(&mut values, header.channels, space == DeclaredSpace::Honoured);
     if header.channels.has_alpha() {
@@ -154,14 +140,43 @@ pub(super) fn decode(bytes: &[u8], space: DeclaredSpace) -> Result<Decoded, Imag
     Ok(Decoded { header, texels: Texels::F32(values), icc: None })
 }
 
-/// Writes a channel into every `count`th value, where the data window overlaps the texture.
+/// The values of a file without subsampled channels, as stored.
+fn decode_full(bytes: &[u8], layout: &ChannelLayout) -> Result<Vec<f32>, ImageError> {
+    let image = ::exr::image::read::read()
+        .no_deep_data()
+        .largest_resolution_level()
+        .all_channels()
+        .first_valid_layer()
+        .all_attributes()
+        .non_parallel()
+        .from_buffered(Cursor::new(bytes))
+        .map_err(from_exr)?;
+    let mut values = vec![0.0; layout.header.values()];
+    for (channel, &source) in layout.sources.iter().enumerate() {
+        match &image.layer_data.channel_data.list[source].sample_data {
+            FlatSamples::F16(samples) => {
+                place(samples, layout, channel, &mut values, f16::to_f32);
+            }
+            FlatSamples::F32(samples) => {
+                place(samples, layout, channel, &mut values, |value| value);
+            }
+            FlatSamples::U32(_) => {
+                return Err(ImageError::damaged(FORMAT, "the values do not match the header"));
+            }
+        }
+    }
+    Ok(values)
+}
+
+/// Writes a channel's samples into its values, where the data window overlaps the texture.
 fn place<S: Copy>(
     samples: &[S],
     layout: &ChannelLayout,
+    channel: usize,
     values: &mut [f32],
-    count: usize,
     to_float: impl Fn(S) -> f32,
 ) {
+    let count = layout.header.channels.count();
     let [left, top] = layout.offset;
     let width = layout.header.size.width as usize;
     let skipped = usize::try_from(-left).unwrap_or(0);
@@ -172,7 +187,7 @@ fn place<S: Copy>(
             break;
         }
         let visible = &row[skipped.min(row.len())..];
-        let texels = values.iter_mut().step_by(count).skip(y * width + indent);
+        let texels = values[channel..].iter_mut().step_by(count).skip(y * width + indent);
         for (value, &sample) in texels.take(width - indent).zip(visible) {
             *value = to_float(sample);
         }
@@ -184,14 +199,6 @@ fn from_exr(error: Error) -> ImageError {
         // The crate's error for the end of a file.
         Error::Invalid(reason) if reason == "reference to missing bytes" => {
             ImageError::Truncated { format: FORMAT }
-        }
-        // The crate reads no subsampled channels, and complains of them in several ways.
-        Error::NotSupported(reason) | Error::Invalid(reason) if reason.contains("sampling") => {
-            ImageError::Unsupported {
-                format: FORMAT,
-                found: "subsampled channels, as of luminance/chroma images".to_owned(),
-                wanted: "save it with the channels R, G and B, or Y, RY and BY, at full resolution",
-            }
         }
         Error::NotSupported(reason) => ImageError::Unsupported {
             format: FORMAT,
