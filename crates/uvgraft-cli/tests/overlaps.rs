@@ -129,14 +129,15 @@ fn what_is_not_linked_takes_no_texel_from_what_is() {
     for others in [[outside, inside], [inside, outside], [above, inside], [inside, above]] {
         bench.write("other.obj", quads(8, &others));
         for prefer in ["first", "left", "right"] {
-            bench.succeed("pair inside.obj other.obj --vertex-map ids.txt -o other.uvpair");
+            let run = bench.run("pair inside.obj other.obj --vertex-map ids.txt -o other.uvpair");
+            assert_eq!(run.code, Some(0), "{}", run.stderr);
             bench.succeed(&format!(
                 "transfer other.uvpair noise.png --size 60 --onto #000000 --prefer {prefer} -o out.png"
             ));
             assert_eq!(bench.texture("out.png"), bench.texture("noise.png"), "{others:?} {prefer}");
         }
         if others.contains(&outside) {
-            bench.succeed("pair other.obj other.obj -o itself.uvpair");
+            assert_eq!(bench.run("pair other.obj other.obj -o itself.uvpair").code, Some(0));
             assert_eq!(wrong(&bench, "itself.uvpair", "noise.png"), (0, 60 * 60), "{others:?}");
         }
     }

@@ -7,7 +7,7 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 use std::sync::{Mutex, PoisonError};
 
 use uvgraft::{Averaging, Depth, Encoding, Filter, Size, TexelFormat, Texture};
-use uvgraft_io::image::{self, BandReader, Header, ReadError};
+use uvgraft_io::image::{self, BandReader, Format, Header, ReadError};
 use uvgraft_io::input::Input;
 
 use crate::base_color;
@@ -88,6 +88,8 @@ struct ImageInfo {
     name: String,
     format: TexelFormat,
     icc: Option<Vec<u8>>,
+    /// Whether colours of its texels with alpha 0 are light.
+    holds_light: bool,
 }
 
 impl Base {
@@ -106,7 +108,9 @@ impl Base {
         let reader = reader.map_err(|error| not_a_base(&error, image))?;
         let format = values.reinterpret(reader.spec().format());
         let name = image.to_string();
-        let known = ImageInfo { name, format, icc: reader.icc().map(<[u8]>::to_vec) };
+        let icc = reader.icc().map(<[u8]>::to_vec);
+        let holds_light = reader.header().format == Format::Exr;
+        let known = ImageInfo { name, format, icc, holds_light };
         let found = reader.spec().size;
         let size = wanted.unwrap_or(found);
         if !again && size == found {
@@ -128,6 +132,14 @@ impl Base {
 
     fn of(content: Content, size: Size, non_finite: usize) -> Self {
         Self { content, size, non_finite: non_finite.into() }
+    }
+
+    /// Whether colours of texels with alpha 0 are light without coverage, as in EXR.
+    pub(crate) fn holds_light(&self) -> bool {
+        match &self.content {
+            Content::File { known, .. } | Content::Image { known, .. } => known.holds_light,
+            Content::Color(_) => false,
+        }
     }
 
     /// A warning if there were NaN or infinite texels among the rows that were decoded so far.

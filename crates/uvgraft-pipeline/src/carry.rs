@@ -156,7 +156,8 @@ impl Shared {
             let ready = self.ready(call, &formats, &graft, texture, log)?;
             base_probe = self.base_probe();
             let spec = TextureSpec::new(self.base.size(), ready.overlay.format());
-            let sink = call.target.create(spec, formats.icc.as_deref(), &self.options.write);
+            let options = self.options.write.keeps_light(self.base.holds_light());
+            let sink = call.target.create(spec, formats.icc.as_deref(), &options);
             let encoded = match (sink, rows) {
                 (Err(error), _) => Err(error),
                 (Ok(sink), Rows::Ahead(ahead)) => {

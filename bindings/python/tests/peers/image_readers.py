@@ -46,11 +46,13 @@ def readers_of(name):
 
 
 def is_lossy(path, name):
-    """Whether decoders of a file may differ by what they make of its waves."""
+    """Whether decoders of a file may differ by what they make of its waves or colour differences."""
     if name == "tiff":
         try:
             with tifffile.TiffFile(path) as file:
-                return "JPEG" in getattr(file.pages.first.compression, "name", "")
+                page = file.pages.first
+                names = [getattr(it, "name", "") for it in (page.compression, page.photometric)]
+                return "JPEG" in names[0] or names[1] == "YCBCR"
         # What is wrong with it, readers say.
         except Exception:
             return False

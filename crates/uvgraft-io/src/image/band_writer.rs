@@ -54,7 +54,7 @@ impl<W: Write + Seek> BandEncoder<W> {
             Format::Tiff => {
                 Rows::Tiff(Box::new(tiff::RowEncoder::new(&spec, icc, options.compress)))
             }
-            Format::Exr => Rows::Exr(Box::new(exr::RowEncoder::new(&spec, icc, options.compress)?)),
+            Format::Exr => Rows::Exr(Box::new(exr::RowEncoder::new(&spec, icc, options)?)),
             Format::WebP => {
                 let len = spec.values();
                 let memory = |error| EncodeError::encoder(format, error);

@@ -215,10 +215,14 @@ fn map<S: Copy, T>(
 }
 
 /// Premultiplies colours by alpha. Returns whether a colour was lost to an alpha of 0.
-pub(super) fn premultiply(values: &mut [f32], channels: Channels) -> bool {
+///
+/// - `keeps_light`: whether colours stay where alpha is 0.
+pub(super) fn premultiply(values: &mut [f32], channels: Channels, keeps_light: bool) -> bool {
     let mut lost = false;
     for texel in values.chunks_exact_mut(channels.count()) {
-        if let Some((&mut alpha, colors)) = texel.split_last_mut() {
+        if let Some((&mut alpha, colors)) = texel.split_last_mut()
+            && !(keeps_light && alpha == 0.0)
+        {
             lost |= alpha == 0.0 && colors.iter().any(|&color| color != 0.0);
             colors.iter_mut().for_each(|color| *color *= alpha);
         }
@@ -305,7 +309,10 @@ mod tests {
     #[test]
     fn premultiplying_is_undone_except_under_full_transparency() {
         let mut values = [0.5, 0.25, 1.0, 0.0, 3.0, 1.0];
-        assert!(premultiply(&mut values, Channels::GreyAlpha));
+        let mut light = values;
+        assert!(!premultiply(&mut light, Channels::GreyAlpha, true));
+        assert_eq!(light, [0.125, 0.25, 1.0, 0.0, 3.0, 1.0]);
+        assert!(premultiply(&mut values, Channels::GreyAlpha, false));
         assert_eq!(values, [0.125, 0.25, 0.0, 0.0, 3.0, 1.0]);
         unpremultiply(&mut values, Channels::GreyAlpha);
         assert_eq!(values, [0.5, 0.25, 0.0, 0.0, 3.0, 1.0]);

@@ -116,6 +116,9 @@ pub struct WriteOptions {
     pub compress: bool,
     /// Quality of a JPEG in `1..=100`; values outside are clamped, and `None` is 95.
     pub jpeg_quality: Option<u8>,
+    /// Whether colours of texels with alpha 0 are light without coverage, as in an EXR that a texture
+    /// was read from, and are written to EXR as they are. Otherwise they are hidden leftovers, and lost.
+    pub keeps_light: bool,
 }
 
 impl WriteOptions {
@@ -129,6 +132,12 @@ impl WriteOptions {
     #[must_use]
     pub const fn jpeg_quality(self, jpeg_quality: u8) -> Self {
         Self { jpeg_quality: Some(jpeg_quality), ..self }
+    }
+
+    /// Sets whether colours of texels with alpha 0 are written to EXR.
+    #[must_use]
+    pub const fn keeps_light(self, keeps_light: bool) -> Self {
+        Self { keeps_light, ..self }
     }
 
     /// The quality of a JPEG.

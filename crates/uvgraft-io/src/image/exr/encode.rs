@@ -15,7 +15,7 @@ use uvgraft::texture::{Channels, Size, Texels};
 
 use super::{FORMAT, names};
 use crate::image::convert::{Conversion, premultiply};
-use crate::image::{EncodeError, Loss, TextureSpec};
+use crate::image::{EncodeError, Loss, TextureSpec, WriteOptions};
 
 /// An EXR written while its rows arrive.
 pub(in crate::image) struct RowEncoder {
@@ -23,6 +23,8 @@ pub(in crate::image) struct RowEncoder {
     conversion: Conversion<f32>,
     /// Whether colours are multiplied by opacity: not those of data.
     premultiplies: bool,
+    /// Whether colours of texels with alpha 0 stay.
+    keeps_light: bool,
     channels: Channels,
     loses_icc: bool,
     hides_color: bool,
@@ -32,13 +34,14 @@ impl RowEncoder {
     pub(in crate::image) fn new(
         spec: &TextureSpec,
         mut icc: Option<&[u8]>,
-        compress: bool,
+        options: &WriteOptions,
     ) -> Result<Self, EncodeError> {
         let loses_icc = icc.take().is_some();
         Ok(Self {
-            blocks: BlockWriter::new(spec.size, spec.channels, compress)?,
+            blocks: BlockWriter::new(spec.size, spec.channels, options.compress)?,
             conversion: Conversion::new(spec, FORMAT, &mut icc),
             premultiplies: spec.channels.has_alpha() && spec.encoding != Encoding::Data,
+            keeps_light: options.keeps_light,
             channels: spec.channels,
             loses_icc,
             hides_color: false,
@@ -56,7 +59,7 @@ impl RowEncoder {
             let mut values =
                 self.conversion.apply(texels, row * row_values..(row + 1) * row_values);
             if self.premultiplies {
-                self.hides_color |= premultiply(values.to_mut(), self.channels);
+                self.hides_color |= premultiply(values.to_mut(), self.channels, self.keeps_light);
             }
             self.blocks.write_row(&values, out)?;
         }
