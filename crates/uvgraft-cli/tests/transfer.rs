@@ -329,6 +329,25 @@ fn averages_as_encoded_or_as_light() {
     assert!(average("--linear-light").abs_diff(188) <= 2);
 }
 
+/// A flame adds light where it covers nothing.
+#[test]
+fn a_base_keeps_light_without_coverage() {
+    let bench = bench();
+    let size = Size::new(80, 60);
+    let glow: Vec<f32> = [0.75, 0.5, 0.25, 0.0].repeat(size.texels());
+    let glow = uvgraft::Texels::F32(glow);
+    let glow = uvgraft::Texture::new(size, Channels::Rgba, Encoding::Linear, glow).unwrap();
+    let options = uvgraft_io::image::WriteOptions::default().keeps_light(true);
+    uvgraft_io::image::write(&glow.into(), bench.path("glow.exr"), &options).unwrap();
+    assert_eq!(bench.succeed("transfer my.uvpair face.png --onto glow.exr -o out.exr"), "");
+    assert_eq!(texel(&bench.texture("out.exr"), 79, 59), [0.75, 0.5, 0.25, 0.0]);
+    // What hides beneath the transparency of other files is no light.
+    bench.paint("clear.png", (80, 60), Channels::Rgba, &[200, 100, 50, 0]);
+    let run = bench.run("transfer my.uvpair face.png --onto clear.png -o out.exr");
+    assert_eq!(run.code, Some(0), "{}", run.stderr);
+    assert_eq!(texel(&bench.texture("out.exr"), 79, 59), [0.0; 4]);
+}
+
 /// A float image holds linear light and is encoded for an 8-bit file, unless it is data.
 #[test]
 fn data_is_never_converted() {
