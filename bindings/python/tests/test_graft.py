@@ -405,7 +405,7 @@ def test_what_is_assumed_of_meshes_is_warned_of(tmp_path):
     sheet = [*lines, "f 1/1 2/2 3/3 4/4"]
     path = tmp_path / "part.obj"
     path.write_text("\n".join([*sheet, "o hair", "f 1 2 3"]))
-    with pytest.warns(UserWarning, match='1 of 2 polygons has no UV coordinates'):
+    with pytest.warns(UserWarning, match="1 of 2 polygons has no UV coordinates"):
         assert len(uvgraft.Mesh.load(path).faces) == 2
     path.write_text("\n".join([*sheet, "v 5 5 5"]))
     (tmp_path / "target.obj").write_text("\n".join([*sheet, "v 5 5 5", "v 6 5 5"]))

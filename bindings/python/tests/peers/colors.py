@@ -40,10 +40,15 @@ def xyz_from(chromaticities):
     return primaries * np.linalg.solve(primaries, white)
 
 
-def bt709_from(chromaticities):
-    """Return the matrix to linear BT.709, with the white point adapted."""
+def bt709_from(chromaticities, neutral=None):
+    """Return the matrix to linear BT.709, with the white point adapted.
+
+    - `neutral`: `(2,)`, the chromaticity that becomes white instead of that of the primaries.
+    """
     source, target = xyz_from(chromaticities), xyz_from(BT709)
-    cones = [_BRADFORD @ matrix.sum(1) for matrix in (source, target)]
+    x, y = np.asarray(chromaticities, float)[3] if neutral is None else neutral
+    whites = [np.array([x / y, 1, (1 - x - y) / y]), target.sum(1)]
+    cones = [_BRADFORD @ white for white in whites]
     adapted = np.linalg.inv(_BRADFORD) @ np.diag(cones[1] / cones[0]) @ _BRADFORD
     return np.linalg.inv(target) @ adapted @ source
 

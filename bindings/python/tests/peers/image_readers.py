@@ -3,6 +3,7 @@
 Each returns the pictures that a file may stand for, most often one, or raises.
 """
 
+import contextlib
 import os
 import warnings
 
@@ -46,7 +47,7 @@ def readers_of(name):
 
 
 def is_lossy(path, name):
-    """Whether decoders of a file may differ by what they make of its waves or colour differences."""
+    """Whether decoders may differ by what they make of waves or of colour differences."""
     if name == "tiff":
         try:
             with tifffile.TiffFile(path) as file:
@@ -56,6 +57,12 @@ def is_lossy(path, name):
         # What is wrong with it, readers say.
         except Exception:
             return False
+    if name == "exr":
+        # Chroma of half the resolution is interpolated in many ways.
+        with contextlib.suppress(Exception):
+            channels = OpenEXR.File(os.fspath(path), separate_channels=True).channels().values()
+            return any(channel.xSampling > 1 for channel in channels)
+        return False
     # The chunk of a lossy image, in an animation behind further headers.
     return name == "jpeg" or (name == "webp" and b"VP8 " in path.read_bytes())
 
@@ -178,19 +185,33 @@ def exr(path):
         raise PeerError(f"OpenEXR has the channels {', '.join(plane)}")
     alpha = plane["A"] if "A" in plane and len(plane) > 1 else np.ones(color.shape[:2])
     if np.abs(stated - colors.BT709).max() > 1e-4:
-        color = color @ colors.bt709_from(stated).T
+        # XYZ states colours, not parts of its formal white.
+        is_xyz = np.abs(stated[:3] - [[1, 0], [0, 1], [0, 0]]).max() < 1e-3
+        neutral = header.get("adoptedNeutral", colors.BT709[3] if is_xyz else None)
+        color = color @ colors.bt709_from(stated, neutral).T
     color = np.divide(color, alpha[..., None], out=color.copy(), where=alpha[..., None] != 0)
     values = np.concatenate([color, alpha[..., None]], 2)
     return [Picture(_in_display_window(values, header, "A" in plane), 0.0)]
 
 
 def _plane(channel):
-    """Return a channel as `(h, w)` of float64, the samples of a subsampled one repeated."""
+    """Return a channel as `(h, w)` of float64, that of a subsampled one interpolated."""
     values = np.asarray(channel.pixels)
     if values.dtype.kind != "f":
         raise PeerError("whole numbers")
     across, down = channel.xSampling, channel.ySampling
-    return np.repeat(np.repeat(values.astype(float), down, 0), across, 1)
+    return _stretched(_stretched(values.astype(float), down).T, across).T
+
+
+def _stretched(rows, times):
+    """Put rows between rows, by linear interpolation; the last one is repeated."""
+    if times == 1:
+        return rows
+    at = np.minimum(np.arange(len(rows) * times) / times, len(rows) - 1)
+    below = np.floor(at).astype(int)
+    above = np.minimum(below + 1, len(rows) - 1)
+    share = (at - below)[:, None]
+    return (1 - share) * rows[below] + share * rows[above]
 
 
 def _in_display_window(values, header, has_alpha):

@@ -56,11 +56,17 @@ impl Chromaticities {
     /// The matrix from linear values of this space to linear values of sRGB; `None` if they are the
     /// same.
     ///
-    /// White stays white: the white point is adapted as ICC profiles do it. OpenEXR's own
-    /// `RGBtoXYZ` and `XYZtoRGB` leave that to the caller.
+    /// White stays white: the white point is adapted as ICC profiles do it.
     pub(super) fn to_srgb(self) -> Result<Option<Matrix>, Degenerate> {
+        self.to_srgb_from(self.white)
+    }
+
+    /// As [`Chromaticities::to_srgb`], where a colour other than the white point becomes neutral.
+    ///
+    /// - `neutral`: its CIE 1931 x and y.
+    pub(super) fn to_srgb_from(self, neutral: [f64; 2]) -> Result<Option<Matrix>, Degenerate> {
         let xyz = self.to_xyz()?;
-        let adapted = product(&adaptation(self.white, Self::SRGB.white)?, &xyz);
+        let adapted = product(&adaptation(neutral, Self::SRGB.white)?, &xyz);
         let srgb = inverse(&Self::SRGB.to_xyz()?).ok_or(Degenerate)?;
         let matrix = product(&srgb, &adapted);
         let changes = (0..9).any(|at| {
@@ -172,6 +178,21 @@ mod tests {
             let matrix = Chromaticities { white, ..REC_2020 }.to_srgb().unwrap().unwrap();
             assert!(near(applied(&matrix, [1.0; 3]), [1.0; 3]));
         }
+    }
+
+    #[test]
+    fn xyz_with_a_neutral_of_d65_is_not_adapted() {
+        let xyz = Chromaticities {
+            red: [1.0, 0.0],
+            green: [0.0, 1.0],
+            blue: [0.0, 0.0],
+            white: [1.0 / 3.0, 1.0 / 3.0],
+        };
+        // IEC 61966-2-1, with more digits.
+        let matrix = xyz.to_srgb_from(D65).unwrap().unwrap();
+        assert!(near(matrix[0], [3.2410, -1.5374, -0.4986]), "{matrix:?}");
+        assert!(near(matrix[1], [-0.9692, 1.8760, 0.0416]), "{matrix:?}");
+        assert!(near(matrix[2], [0.0556, -0.2040, 1.0570]), "{matrix:?}");
     }
 
     #[test]

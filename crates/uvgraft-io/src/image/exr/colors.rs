@@ -4,11 +4,13 @@ use ::exr::math::Vec2;
 use ::exr::meta::attribute;
 use uvgraft::texture::Channels;
 
-use crate::image::color_space::{Chromaticities, applied};
+use crate::image::color_space::{Chromaticities, D65, applied};
 
 /// The colour space of a file, and how its channels hold colours.
 pub(super) struct Colors {
     pub(super) primaries: Chromaticities,
+    /// CIE 1931 x and y of what is neutral.
+    pub(super) neutral: [f64; 2],
     /// Whether the channels are RY, Y and BY instead of R, G and B.
     pub(super) is_luminance_chroma: bool,
 }
@@ -28,6 +30,21 @@ pub(super) fn primaries(declared: Option<attribute::Chromaticities>) -> Chromati
         .unwrap_or(Chromaticities::SRGB)
 }
 
+/// What is neutral: what the file says, or else its white. The values of XYZ are those of colours,
+/// though, and their formal white, of equal energy, is no colour of a picture.
+///
+/// - `adopted`: the attribute `adoptedNeutral`.
+pub(super) fn neutral(primaries: &Chromaticities, adopted: Option<Vec2<f32>>) -> [f64; 2] {
+    /// Files round to 3 digits at least.
+    const SAME: f64 = 1e-3;
+    let Chromaticities { red, green, blue, white } = *primaries;
+    let distances = [red, green, blue].into_iter().zip([[1.0, 0.0], [0.0, 1.0], [0.0, 0.0]]);
+    let is_xyz = distances.flat_map(|(a, b)| [a[0] - b[0], a[1] - b[1]]).all(|it| it.abs() < SAME);
+    let stated = adopted.map(|Vec2(x, y)| [x, y].map(f64::from));
+    let is_sound = |neutral: &[f64; 2]| primaries.to_srgb_from(*neutral).is_ok();
+    stated.filter(is_sound).unwrap_or(if is_xyz { D65 } else { white })
+}
+
 impl Colors {
     /// Converts texels to R, G and B of the primaries of sRGB.
     ///
@@ -40,7 +57,7 @@ impl Colors {
         if let (true, Ok(luminances)) = (self.is_luminance_chroma, self.primaries.luminances()) {
             each(values, channels, |chroma| from_chroma(chroma, luminances));
         }
-        if let (true, Ok(Some(matrix))) = (converts, self.primaries.to_srgb()) {
+        if let (true, Ok(Some(matrix))) = (converts, self.primaries.to_srgb_from(self.neutral)) {
             // Colours outside of the gamut get negative values, which floats hold.
             each(values, channels, |color| applied(&matrix, color));
         }
@@ -75,7 +92,7 @@ mod tests {
         let (r, g, b) = (0.8, 0.4, 0.1);
         let y = r * red + g * green + b * blue;
         let mut values = [(r - y) / y, y, (b - y) / y, 0.5].map(|value| value as f32);
-        let colors = Colors { primaries, is_luminance_chroma: true };
+        let colors = Colors { primaries, neutral: D65, is_luminance_chroma: true };
         colors.apply(&mut values, Channels::Rgba, true);
         for (found, wanted) in values.iter().zip([0.8, 0.4, 0.1, 0.5]) {
             assert!((found - wanted).abs() < 1e-6, "{values:?}");
@@ -85,13 +102,24 @@ mod tests {
     #[test]
     fn colours_outside_of_the_gamut_become_negative() {
         let primaries = Chromaticities { red: [0.708, 0.292], ..Chromaticities::SRGB };
-        let colors = Colors { primaries, is_luminance_chroma: false };
+        let colors = Colors { primaries, neutral: D65, is_luminance_chroma: false };
         let mut values = [1.0, 0.0, 0.0];
         colors.apply(&mut values, Channels::Rgb, true);
         assert!(values[1] < 0.0 && values[2] < 0.0, "{values:?}");
         let mut stored = [1.0, 0.0, 0.0];
         colors.apply(&mut stored, Channels::Rgb, false);
         assert_eq!(stored, [1.0, 0.0, 0.0]);
+    }
+
+    #[test]
+    fn what_is_neutral() {
+        let p3 = Chromaticities { white: [0.314, 0.351], ..Chromaticities::SRGB };
+        assert_eq!(neutral(&p3, None), p3.white);
+        assert_eq!(neutral(&p3, Some(Vec2(0.25, 0.5))), [0.25, 0.5]);
+        assert_eq!(neutral(&p3, Some(Vec2(0.0, 0.0))), p3.white);
+        let white = [1.0 / 3.0; 2];
+        let xyz = Chromaticities { red: [1.0, 0.0], green: [0.0, 1.0], blue: [0.0, 0.0], white };
+        assert_eq!(neutral(&xyz, None), D65);
     }
 
     #[test]

@@ -106,6 +106,7 @@ fn layout(headers: &[Header]) -> Result<ChannelLayout, ImageError> {
         i64::from(data.position.1) - i64::from(display.position.1),
     ];
     let primaries = colors::primaries(header.shared_attributes.chromaticities);
+    let neutral = colors::neutral(&primaries, header.own_attributes.adopted_neutral);
     let orientation = Orientation::default();
     let header = StoredHeader {
         size,
@@ -114,7 +115,7 @@ fn layout(headers: &[Header]) -> Result<ChannelLayout, ImageError> {
         orientation,
         focal: FocalLength::default(),
     };
-    let colors = Colors { primaries, is_luminance_chroma };
+    let colors = Colors { primaries, neutral, is_luminance_chroma };
     Ok(ChannelLayout { header, sources, colors, stored, offset })
 }
 

@@ -8,13 +8,15 @@
 
 mod growth;
 mod net;
+mod one_side;
 mod poked;
 mod signature;
 
 use glam::DVec3;
 
 use self::growth::{Grown, Match};
-use self::net::{NONE, Net, merged_triangles, one_side, polygons};
+use self::net::{NONE, Net, merged_triangles, polygons};
+use self::one_side::one_side;
 use self::signature::Candidates;
 use super::similarity::{Similarity, median};
 use super::vertex_map::link_faces;
@@ -143,11 +145,15 @@ fn points_of_vertices(mesh: &Mesh, surface: &Surface) -> Vec<u32> {
 /// if one is triangulated where the other may have quads, with triangles joined to quads; and if one
 /// has polygons with an added centre, without it.
 fn views(meshes: [&Mesh; 2], surfaces: &[Surface; 2]) -> Vec<[Vec<Vec<u32>>; 2]> {
-    let plain = [0, 1].map(|side| one_side(polygons(meshes[side], &surfaces[side])));
+    let plain = [0, 1]
+        .map(|side| one_side(polygons(meshes[side], &surfaces[side]), surfaces[side].positions()));
     let is_triangles = |rings: &[Vec<u32>]| rings.iter().all(|ring| ring.len() == 3);
     let quads = |side: usize| {
         if is_triangles(&plain[side]) {
-            one_side(merged_triangles(&plain[side], surfaces[side].positions()))
+            one_side(
+                merged_triangles(&plain[side], surfaces[side].positions()),
+                surfaces[side].positions(),
+            )
         } else {
             plain[side].clone()
         }

@@ -1,7 +1,6 @@
 //! A mesh's connectivity: rings of points and the half-edges between them.
 
 use std::cmp::Reverse;
-use std::collections::HashSet;
 
 use glam::DVec3;
 
@@ -115,44 +114,6 @@ pub(super) fn polygons(mesh: &Mesh, surface: &Surface) -> Vec<Vec<u32>> {
         })
         .filter(|ring| ring.len() > 2)
         .collect()
-}
-
-/// Of rings with the same points, as on the two sides of a sheet, only one: the one that winds like
-/// its neighbours before it. A net has no place for the others.
-pub(super) fn one_side(rings: Vec<Vec<u32>>) -> Vec<Vec<u32>> {
-    let mut by_points: Vec<(Vec<u32>, usize)> = rings
-        .iter()
-        .enumerate()
-        .map(|(index, ring)| {
-            let mut points = ring.clone();
-            points.sort_unstable();
-            (points, index)
-        })
-        .collect();
-    by_points.sort_unstable();
-    let mut groups: Vec<Vec<usize>> = by_points
-        .chunk_by(|(one, _), (other, _)| one == other)
-        .map(|group| group.iter().map(|&(_, index)| index).collect())
-        .collect();
-    if groups.len() == rings.len() {
-        return rings;
-    }
-    groups.sort_unstable_by_key(|group| group[0]);
-    let edges = |ring: usize| {
-        let ring = &rings[ring];
-        (0..ring.len()).map(|k| [ring[k], ring[(k + 1) % ring.len()]])
-    };
-    // Neighbours that wind alike go along the edge between them in opposite directions.
-    let mut taken = HashSet::new();
-    let mut is_kept = vec![false; rings.len()];
-    for group in groups {
-        let conflicts = |ring: &&usize| edges(**ring).filter(|edge| taken.contains(edge)).count();
-        let &best = group.iter().min_by_key(conflicts).expect("a group has rings");
-        is_kept[best] = true;
-        taken.extend(edges(best));
-    }
-    let kept = rings.into_iter().zip(is_kept).filter(|(_, is_kept)| *is_kept);
-    kept.map(|(ring, _)| ring).collect()
 }
 
 /// Joins triangles in pairs to the quads that they were before somebody triangulated them.
