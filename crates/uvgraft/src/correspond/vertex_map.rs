@@ -145,10 +145,10 @@ pub(super) fn link_faces(
 ) -> Vec<Piece> {
     let mut source_keys = sorted_keys(source, &source_point);
     let mut target_keys = sorted_keys(target, &target_point);
-    let is_turned = {
-        let alone = [alone(source, &source_point), alone(target, &target_point)];
-        wind_oppositely([&source_keys, &target_keys], &alone)
-    };
+    let alone = [alone(source, &source_point), alone(target, &target_point)];
+    // Only twins have to be told apart.
+    let is_turned = alone.iter().flatten().any(|is_alone| !is_alone)
+        && wind_oppositely([&source_keys, &target_keys], &alone);
     if rotate_fans(target, &target_point, &source_keys, is_turned) {
         target_keys = sorted_keys(target, &target_point);
     }
@@ -241,8 +241,11 @@ fn wind_oppositely(keys: [&[Keyed]; 2], alone: &[Vec<bool>; 2]) -> bool {
 fn alone(mesh: &Mesh, point: impl Fn(u32) -> u32) -> Vec<bool> {
     // Independent of where a polygon starts and how it winds.
     let sum = |polygon: usize| {
-        let corners = mesh.polygon_corners(polygon);
-        corners.iter().map(|corner| scrambled(point(corner.vertex))).fold(0, u64::wrapping_add)
+        let fan = mesh.polygon(polygon);
+        let [first, second, _] = mesh.faces()[fan.start];
+        let others = fan.map(|face| mesh.faces()[face][2]);
+        let vertices = others.chain([first, second]);
+        vertices.map(|vertex| scrambled(point(vertex))).fold(0, u64::wrapping_add)
     };
     let sums: Vec<u64> = (0..mesh.polygon_count()).map(sum).collect();
     let mut order: Vec<u32> = (0..sums.len() as u32).collect();
