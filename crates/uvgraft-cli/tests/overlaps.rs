@@ -100,7 +100,6 @@ fn both_sides_of_a_sheet_are_linked_to_themselves() {
     for (how, target) in [
         ("", "sheet.obj"),
         ("--vertex-map ids.txt", "sheet.obj"),
-        ("--by topology", "sheet.obj"),
         ("--vertex-map ids.txt", "reordered.obj"),
     ] {
         bench.succeed(&format!("pair sheet.obj {target} {how} -o sheet.uvpair"));

@@ -155,6 +155,25 @@ fn quads_are_found_in_their_triangulations() {
 }
 
 #[test]
+fn both_sides_of_a_sheet_are_linked_to_themselves() {
+    let quads = holed(3);
+    let above: Vec<Vec<u32>> = polygons(&quads)
+        .into_iter()
+        .flat_map(|quad| [vec![quad[0], quad[1], quad[2]], vec![quad[0], quad[2], quad[3]]])
+        .collect();
+    let below = above.iter().map(|triangle| triangle.iter().rev().copied().collect());
+    let both: Vec<Vec<u32>> = above.iter().cloned().chain(below).collect();
+    let sheet = made(quads.positions().to_vec(), &both);
+    for seed in 0..4 {
+        let [source, target] = [seed, seed + 100].map(|seed| Shuffled::new(&sheet, seed));
+        let pair = find(source.mesh.clone(), target.mesh.clone(), &by(By::Topology)).unwrap().pair;
+        let found = original(&pair, &source, &target);
+        assert_eq!(found.len(), both.len(), "{seed}");
+        assert!(found.iter().all(|&(to, from, _)| to == from), "{seed}");
+    }
+}
+
+#[test]
 fn edited_meshes_match_elsewhere() {
     for seed in 0..4 {
         let original = holed(seed);
