@@ -313,8 +313,7 @@ impl Problem<'_> {
 /// enter the equations.
 fn lost_pieces(way: &MapInputs<'_>) -> Vec<bool> {
     let target = way.pair.to(way.direction);
-    let pieces = way.pair.face_pieces(way.direction);
-    let precedence = Precedence::new(target, way.map.prefer).linked_first(&pieces);
+    let precedence = Precedence::of(&way.pair.oriented(way.direction), way.map.prefer);
     let coverage = Coverage::new(&LayoutTriangles::new(target, way.target_size), &precedence);
     let back = way.pair.face_pieces(way.direction.opposite());
     if coverage.overlapping == 0 {

@@ -53,6 +53,17 @@ impl Chromaticities {
     pub(super) const SRGB: Self =
         Self { red: [0.64, 0.33], green: [0.30, 0.60], blue: [0.15, 0.06], white: D65 };
 
+    /// Those that a file declares; those of sRGB if it declares none, or such as span no colour space.
+    /// Viewers ignore these: programs exist that write zeros.
+    ///
+    /// - `declared`: red, green, blue and white.
+    pub(super) fn declared(declared: Option<[[f64; 2]; 4]>) -> Self {
+        declared
+            .map(|[red, green, blue, white]| Self { red, green, blue, white })
+            .filter(|declared| declared.to_srgb().is_ok())
+            .unwrap_or(Self::SRGB)
+    }
+
     /// The matrix from linear values of this space to linear values of sRGB; `None` if they are the
     /// same.
     ///

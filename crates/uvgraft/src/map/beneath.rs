@@ -26,8 +26,7 @@ impl SamplingMap {
         let to = pair.to(self.direction());
         let (direction, size) = (self.direction(), self.size());
         let oriented = pair.oriented(direction);
-        let precedence =
-            || Precedence::new(to, options.prefer).linked_first(&oriented.pieces).reversed();
+        let precedence = || Precedence::of(&oriented, options.prefer).reversed();
         let mut last = build::build(&oriented, direction, size, options.gutter_px, precedence);
         let islands = Islands::new(to);
         let island = |map: &Self, run: &Run| {

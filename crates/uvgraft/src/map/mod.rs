@@ -212,8 +212,7 @@ impl SamplingMap {
     /// If a side of `size` is 0 or beyond [`Texture::MAX_SIDE`].
     pub fn new(pair: &Pair, direction: Direction, size: Size, options: &MapOptions) -> Self {
         let oriented = pair.oriented(direction);
-        let precedence =
-            || Precedence::new(oriented.to, options.prefer).linked_first(&oriented.pieces);
+        let precedence = || Precedence::of(&oriented, options.prefer);
         build::build(&oriented, direction, size, options.gutter_px, precedence)
     }
 
@@ -222,8 +221,8 @@ impl SamplingMap {
     /// # Panics
     /// As [`SamplingMap::new`].
     pub fn of_layout(mesh: &Mesh, size: Size, options: &MapOptions) -> Self {
-        let precedence = || Precedence::new(mesh, options.prefer);
         let oriented = Oriented::identity(mesh);
+        let precedence = || Precedence::of(&oriented, options.prefer);
         build::build(&oriented, Direction::Forward, size, options.gutter_px, precedence)
     }
 

@@ -2,7 +2,7 @@
 
 use crate::islands::Islands;
 use crate::mesh::Mesh;
-use crate::piece::FacePieces;
+use crate::pair::Oriented;
 
 /// Which of several islands that cover the same texels owns them, together with a fringe around it:
 /// where two eyes share a disc, one eye is shown whole.
@@ -58,17 +58,17 @@ impl Precedence {
         Self { islands, ranks, is_unlinked: Vec::new(), by_face: prefer == Prefer::First }
     }
 
-    /// Puts triangles without a counterpart last, whatever their island: what is not linked takes no
-    /// texel from what is.
-    ///
-    /// - `pieces`: those that fill the layout.
-    pub fn linked_first(mut self, pieces: &FacePieces) -> Self {
-        let is_unlinked = (0..self.of_faces().len()).map(|face| pieces.of_face(face).is_empty());
-        self.is_unlinked = is_unlinked.collect();
-        if !self.is_unlinked.contains(&true) {
-            self.is_unlinked = Vec::new();
+    /// Of the layout that pieces fill. Triangles without a counterpart come last, whatever their island:
+    /// what is not linked takes no texel from what is.
+    pub fn of(oriented: &Oriented<'_>, prefer: Prefer) -> Self {
+        let pieces = &oriented.pieces;
+        let faces = 0..oriented.to.faces().len();
+        let mut is_unlinked: Vec<bool> =
+            faces.map(|face| pieces.of_face(face).is_empty()).collect();
+        if !is_unlinked.contains(&true) {
+            is_unlinked = Vec::new();
         }
-        self
+        Self { is_unlinked, ..Self::new(oriented.to, prefer) }
     }
 
     /// Reverses the order of islands. Within islands the lowest face stays first.

@@ -1,7 +1,8 @@
 //! Leaves out the parts of a mesh that have another texture than its linked parts.
 //!
 //! Avatars have several materials, each with an image and all of the unit square for itself: face,
-//! hair, clothes. Laid over each other in one texture, the hair would own texels of the face.
+//! hair, clothes. Laid over each other in one texture, linked hair would own texels of the face, and
+//! other hair those around it.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::fmt::Write as _;

@@ -15,19 +15,10 @@ pub(super) struct Colors {
     pub(super) is_luminance_chroma: bool,
 }
 
-/// The declared primaries. Those that span no colour space are ignored, as viewers ignore them: programs
-/// exist that write zeros.
+/// - `declared`: the attribute `chromaticities`.
 pub(super) fn primaries(declared: Option<attribute::Chromaticities>) -> Chromaticities {
     let pair = |Vec2(x, y): Vec2<f32>| [x, y].map(f64::from);
-    declared
-        .map(|declared| Chromaticities {
-            red: pair(declared.red),
-            green: pair(declared.green),
-            blue: pair(declared.blue),
-            white: pair(declared.white),
-        })
-        .filter(|primaries| primaries.to_srgb().is_ok())
-        .unwrap_or(Chromaticities::SRGB)
+    Chromaticities::declared(declared.map(|it| [it.red, it.green, it.blue, it.white].map(pair)))
 }
 
 /// What is neutral: what the file says, or else its white. The values of XYZ are those of colours,

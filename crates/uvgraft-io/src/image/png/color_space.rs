@@ -56,17 +56,8 @@ pub(super) fn declared(info: &Info<'_>) -> Result<Option<ColorSpace>, ImageError
         _ => Transfer::Srgb,
     };
     let pair = |(x, y): (ScaledFloat, ScaledFloat)| [x.into_value(), y.into_value()].map(f64::from);
-    let primaries = info
-        .chrm_chunk
-        .map(|chunk| Chromaticities {
-            red: pair(chunk.red),
-            green: pair(chunk.green),
-            blue: pair(chunk.blue),
-            white: pair(chunk.white),
-        })
-        // Ignored, as browsers ignore them.
-        .filter(|primaries| primaries.to_srgb().is_ok())
-        .unwrap_or(Chromaticities::SRGB);
+    let declared = info.chrm_chunk.map(|it| [it.red, it.green, it.blue, it.white].map(pair));
+    let primaries = Chromaticities::declared(declared);
     Ok(Some(ColorSpace { transfer, primaries, is_narrow: false }))
 }
 

@@ -55,8 +55,8 @@ impl<'a> StoredRows<'a> {
         }
     }
 
-    /// The next rows, with the padding of a tile: samples in the order of bytes that
-    /// [`Self::order`] gives.
+    /// The next rows, with the padding of a tile. Bytes of samples are in the order of the file, or with
+    /// [`Predictor::Float`] the highest first.
     ///
     /// - `count`: multiples of rows that are stored together, but for the last.
     pub(super) fn next(&mut self, count: u32) -> Result<&[u8], ImageError> {
