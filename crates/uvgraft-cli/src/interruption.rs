@@ -3,8 +3,9 @@
 //! Unfinished outputs are removed, so that every file is either the old or the new one, without
 //! temporary files next to it.
 
-use std::io::{IsTerminal, Write};
 use std::sync::atomic::{AtomicBool, Ordering};
+
+use crate::terminal;
 
 /// 128 plus the number of SIGINT, as in shells, for all of the signals.
 const EXIT_CODE: i32 = 130;
@@ -21,11 +22,7 @@ pub(crate) fn handle() {
 fn end() -> ! {
     IS_INTERRUPTED.store(true, Ordering::SeqCst);
     uvgraft_io::output::abandon_unfinished();
-    let mut stderr = std::io::stderr();
-    // After a progress bar and the terminal's ^C.
-    let start = if stderr.is_terminal() { "\n" } else { "" };
-    // After SIGHUP the terminal may be gone.
-    let _ = writeln!(stderr, "{start}interrupted; unfinished outputs left unchanged");
+    terminal::interrupted();
     std::process::exit(EXIT_CODE);
 }
 

@@ -110,23 +110,30 @@ enum Command {
 /// process itself after a usage error or an interruption.
 pub fn run(arguments: impl IntoIterator<Item = OsString>) -> ExitCode {
     let arguments: Vec<OsString> = arguments.into_iter().collect();
+    // The stack of the thread that calls is whatever `ulimit -s` or the caller left.
+    let working = std::thread::Builder::new().stack_size(STACK).spawn(move || work(&arguments));
+    match working.map(std::thread::JoinHandle::join) {
+        Ok(Ok(code)) => code,
+        // Its message is printed already.
+        Ok(Err(panic)) => std::panic::resume_unwind(panic),
+        Err(error) => failure::report(&anyhow::Error::new(error).context("cannot start a thread")),
+    }
+}
+
+/// The size of the stack that a command runs on, in bytes: what Linux and macOS give to a program.
+const STACK: usize = 8 << 20;
+
+fn work(arguments: &[OsString]) -> ExitCode {
     // Only together, and whatever else there is.
     let has = |names: &[&str]| arguments.iter().any(|it| names.iter().any(|name| it == name));
     if has(&["--version", "-V"]) && has(&["--verbose"]) {
         return terminal::print(&version::verbose())
             .map_or_else(|error| failure::report(&error), |()| ExitCode::SUCCESS);
     }
-    let parsed = parse(&arguments);
-    let (cli, options) = parsed.unwrap_or_else(|error| {
-        let text = error.render().to_string();
-        if terminal::has_unsafe(&text) {
-            // Without colours, which are control characters too.
-            let what = text.trim_start_matches("error: ").lines().next().unwrap_or_default();
-            terminal::message("error", what);
-            std::process::exit(error.exit_code());
-        }
-        error.exit()
-    });
+    let (cli, options) = match parse(arguments) {
+        Ok(parsed) => parsed,
+        Err(answer) => return terminal::answer(&answer),
+    };
     failure::spell_options(options);
     interruption::handle();
     let code = match dispatch(&cli) {

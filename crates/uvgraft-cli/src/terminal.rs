@@ -1,12 +1,16 @@
 //! Everything that is printed: results to standard output, messages to standard error.
 //!
+//! A result that cannot be printed is an error. A message that cannot be printed changes nothing: there is
+//! nowhere left to say so, and what the command does is worth more than what it tells.
+//!
 //! Names in files, and names of files, may contain control characters, with which a terminal can be
 //! made to show something else, or to type. They are printed as escapes, such as `\u{1b}`, wherever
 //! the output goes.
 
 use std::fmt::Display;
-use std::io::{self, Write as _};
+use std::io::{self, IsTerminal as _, Write as _};
 use std::path::Path;
+use std::process::ExitCode;
 
 use anyhow::Context;
 use serde::Serialize;
@@ -44,10 +48,36 @@ pub(crate) fn path(path: &Path) -> String {
 /// Prints a line to standard error, such as an error.
 ///
 /// - `kind`: what it starts with.
-#[expect(clippy::print_stderr, reason = "the one place that prints messages")]
 pub(crate) fn message(kind: &str, text: impl Display) {
     wait_if_interrupted();
-    eprintln!("{kind}: {}", inline(&text.to_string()));
+    to_stderr(&format!("{kind}: {}\n", inline(&text.to_string())));
+}
+
+/// Prints the last message of an interrupted program.
+pub(crate) fn interrupted() {
+    // After a progress bar and the terminal's ^C.
+    let start = if io::stderr().is_terminal() { "\n" } else { "" };
+    to_stderr(&format!("{start}interrupted; unfinished outputs left unchanged\n"));
+}
+
+/// Prints what the parser of arguments answers: help and versions, which are results, or an error.
+///
+/// Returns the exit code.
+pub(crate) fn answer(answer: &clap::Error) -> ExitCode {
+    let text = answer.render().to_string();
+    if has_unsafe(&text) {
+        // Without colours, which are control characters too.
+        let what = text.trim_start_matches("error: ").lines().next().unwrap_or_default();
+        message("error", what);
+    } else {
+        let printed = or_nobody_reads(answer.print());
+        if !answer.use_stderr()
+            && let Err(error) = printed
+        {
+            return crate::failure::report(&error);
+        }
+    }
+    ExitCode::from(u8::try_from(answer.exit_code()).unwrap_or(2))
 }
 
 /// Whether text has characters that are printed as escapes, apart from line breaks.
@@ -57,10 +87,20 @@ pub(crate) fn has_unsafe(text: &str) -> bool {
 
 fn to_stdout(text: &str) -> anyhow::Result<()> {
     let mut out = io::stdout().lock();
-    match out.write_all(text.as_bytes()).and_then(|()| out.flush()) {
+    or_nobody_reads(out.write_all(text.as_bytes()).and_then(|()| out.flush()))
+}
+
+/// Closed pipes are no errors: who closed them has read enough.
+fn or_nobody_reads(printed: io::Result<()>) -> anyhow::Result<()> {
+    match printed {
         Err(error) if error.kind() == io::ErrorKind::BrokenPipe => Ok(()),
-        result => result.context("cannot print the result"),
+        printed => printed.context("cannot print the result"),
     }
+}
+
+/// Prints to standard error if that is possible.
+fn to_stderr(text: &str) {
+    let _ = io::stderr().write_all(text.as_bytes());
 }
 
 #[cfg(test)]

@@ -2,6 +2,7 @@
 //! faces and their landmarks.
 
 use std::ffi::OsStr;
+use std::fmt::Write as _;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
@@ -99,6 +100,7 @@ fn import(files: &[PathBuf]) -> anyhow::Result<()> {
             Weights::Face(Imported::Iris(network)) => iris = Some(network),
         }
     }
+    let mut wrote = String::new();
     if face.is_some() || iris.is_some() {
         let output = face_networks_path()?;
         let networks = merged(&output, face, iris)?;
@@ -106,7 +108,7 @@ fn import(files: &[PathBuf]) -> anyhow::Result<()> {
         face_networks::write(&networks, &output)
             .with_context(|| format!("cannot write {}", output.display()))?;
         face_models()?.with_context(|| format!("{} has disappeared", output.display()))?;
-        terminal::print(&format!("wrote {}\n", terminal::path(&output)))?;
+        let _ = writeln!(wrote, "wrote {}", terminal::path(&output));
     }
     if let Some(both) = lpips {
         let output = lpips_path()?;
@@ -117,9 +119,9 @@ fn import(files: &[PathBuf]) -> anyhow::Result<()> {
             self::lpips(network)?
                 .with_context(|| format!("{} has disappeared", output.display()))?;
         }
-        terminal::print(&format!("wrote {}\n", terminal::path(&output)))?;
+        let _ = writeln!(wrote, "wrote {}", terminal::path(&output));
     }
-    Ok(())
+    terminal::print(&wrote)
 }
 
 /// The networks to write: those given, and otherwise those of the existing file.

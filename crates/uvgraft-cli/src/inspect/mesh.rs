@@ -48,13 +48,13 @@ pub(super) fn run(args: &Args) -> anyhow::Result<ExitCode> {
     let LoadedMesh { mesh, name, .. } = loaded;
     let report = MeshReport::new(&mesh);
     let parts = part_names(mesh.parts());
+    if let Some(path) = &args.preview {
+        layout_picture::write(&mesh, &report, &name, path)?;
+    }
     if args.json {
         terminal::print_json(&Document { parts: &parts, report: &report })?;
     } else {
         terminal::print(&text(&report, &parts))?;
-    }
-    if let Some(path) = &args.preview {
-        layout_picture::write(&mesh, &report, &name, path)?;
     }
     Ok(ExitCode::SUCCESS)
 }

@@ -78,11 +78,11 @@ fn inspect_pair(args: &Args, pair: &Path) -> anyhow::Result<ExitCode> {
         read => read.or_bad_input()?,
     };
     let recognised = recognition::recognised(&file);
-    report::print(&file, &recognised, &report::of_pair(&file, &args.sizes), args.json)?;
-    recognition::pairing_warnings(&file, &recognised).into_iter().for_each(warn);
     if let Some(path) = &args.preview {
         pair_picture::of_pair(&file, None)?.write(path)?;
     }
+    report::print(&file, &recognised, &report::of_pair(&file, &args.sizes), args.json)?;
+    recognition::pairing_warnings(&file, &recognised).into_iter().for_each(warn);
     Ok(ExitCode::SUCCESS)
 }
 

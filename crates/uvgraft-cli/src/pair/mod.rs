@@ -114,10 +114,10 @@ pub(crate) fn run(args: &Args) -> anyhow::Result<ExitCode> {
     let registered = linked.linked.registered();
     let recognised = recognition::recognised(&file);
     pairing::remark(&file, registered, &linked.other_layouts, &recognised, &Notes);
-    report::print_linked(&file, &linked.linked, &recognised, &report, args.json)?;
     if let Some(path) = &args.preview {
         pair_picture::of_pair(&file, registered)?.write(path)?;
     }
+    report::print_linked(&file, &linked.linked, &recognised, &report, args.json)?;
     Ok(ExitCode::SUCCESS)
 }
 

@@ -146,13 +146,13 @@ pub(crate) fn run(args: &Args) -> anyhow::Result<ExitCode> {
         size: texture.size(),
         offset: options.offset,
     };
-    report::print(&subject, &seams, tone.as_ref(), args.json)?;
     if let Some(path) = &args.picture {
-        let face = anatomy.zip(tone).and_then(|(anatomy, tone)| {
-            Face::new(mesh, &anatomy, &texture, references.base.as_ref(), &tone)
+        let face = anatomy.zip(tone.as_ref()).and_then(|(anatomy, tone)| {
+            Face::new(mesh, &anatomy, &texture, references.base.as_ref(), tone)
         });
         picture::draw(&subject, mesh, &texture, &seams, face.as_ref())?.write(path)?;
     }
+    report::print(&subject, &seams, tone.as_ref(), args.json)?;
     Ok(ExitCode::SUCCESS)
 }
 

@@ -14,8 +14,8 @@ use uvgraft_assembly::drawing::check_name;
 use uvgraft_assembly::pair_picture;
 use uvgraft_io::image::{Format, WriteOptions};
 use uvgraft_pipeline::{
-    BaseSource, Correspondence, Existing, Input, Inputs, MaterialMap, Role, Shard, TextureList,
-    Transfer, Values,
+    BaseSource, Correspondence, Existing, Fault, Input, Inputs, MaterialMap, Role, Shard,
+    TextureList, Transfer, Values,
 };
 
 use crate::blending::BlendArgs;
@@ -231,13 +231,15 @@ fn list_at(path: &Path) -> TextureList {
 pub(crate) fn run(args: &Args) -> anyhow::Result<ExitCode> {
     let transfer = args.checked_transfer()?;
     let rows = args.report.as_deref().map(|path| Rows::new(path, &transfer)).transpose()?;
-    let done = transfer.run(&Progress::new(rows, args.shard))?;
+    let progress = Progress::new(rows, args.shard);
+    let done = transfer.run(&progress)?;
     if let (Some(path), Some(blend), Some(file)) = (&args.blending.preview, &done.blend, &done.pair)
         && (done.written > 0 || done.failures.is_empty())
     {
         pair_picture::of_region(file, blend)?.write(path)?;
     }
-    Ok(done.worst().map_or(ExitCode::SUCCESS, exit_code_of))
+    let unsaid = progress.is_silenced().then_some(Fault::Work);
+    Ok(done.worst().or(unsaid).map_or(ExitCode::SUCCESS, exit_code_of))
 }
 
 impl Args {

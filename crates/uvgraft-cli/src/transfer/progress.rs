@@ -3,7 +3,7 @@
 
 use std::collections::HashMap;
 use std::path::{Path, PathBuf};
-use std::sync::{Mutex, PoisonError};
+use std::sync::{Mutex, MutexGuard, PoisonError};
 use std::time::{Duration, Instant};
 
 use indicatif::ProgressBar;
@@ -26,14 +26,25 @@ struct State {
     fits: HashMap<PathBuf, FitBar>,
     rows: Option<Rows>,
     shard: Option<Shard>,
+    /// Whether rows or summaries could not be written, although the textures could.
+    is_silenced: bool,
 }
 
 impl Progress {
     /// - `rows`: where each texture is recorded, if anywhere.
     pub(super) fn new(rows: Option<Rows>, shard: Option<Shard>) -> Self {
         let (textures, fits) = (ProgressBar::hidden(), HashMap::new());
-        let state = State { textures, fits, rows, shard };
+        let state = State { textures, fits, rows, shard, is_silenced: false };
         Self { start: Instant::now(), state: Mutex::new(state) }
+    }
+
+    /// Whether something of what was to be told on the way could not be written. The reason was printed.
+    pub(super) fn is_silenced(&self) -> bool {
+        self.state().is_silenced
+    }
+
+    fn state(&self) -> MutexGuard<'_, State> {
+        self.state.lock().unwrap_or_else(PoisonError::into_inner)
     }
 }
 
@@ -42,6 +53,7 @@ impl State {
         if let Some(Err(error)) = self.rows.as_mut().map(|rows| rows.add(&event)) {
             // Further rows would leave a gap.
             self.rows = None;
+            self.is_silenced = true;
             self.textures.suspend(|| warn(format!("{error:#}; no more lines are written")));
         }
         match event {
@@ -49,11 +61,11 @@ impl State {
             Event::Warning(text) => self.textures.suspend(|| warn(text)),
             Event::Planned { textures: 0, .. } => {
                 if let Some(shard) = self.shard {
-                    print(&format!("no textures in shard {shard}\n"));
+                    self.print(&format!("no textures in shard {shard}\n"));
                 }
             }
             Event::Planned { textures, up_to_date: Some(count) } => {
-                print(&format!("{count} of {textures} up to date\n"));
+                self.print(&format!("{count} of {textures} up to date\n"));
             }
             Event::BatchStarted { textures } if textures > 1 => {
                 let template = "{bar:32} {pos}/{len} {eta:>4} {wide_msg}";
@@ -72,9 +84,10 @@ impl State {
                     bar.finish();
                 }
                 let result = result.map(|fit| fit.map(FitSummary::from));
-                self.textures.suspend(|| {
+                // A handle of the same bar.
+                self.textures.clone().suspend(|| {
                     notes.iter().for_each(note);
-                    report(output, warnings, result);
+                    self.report(output, warnings, result);
                 });
             }
             Event::BatchEnded { textures, written } => {
@@ -86,31 +99,35 @@ impl State {
             _ => {}
         }
     }
-}
 
-fn report(
-    output: &Path,
-    warnings: &[String],
-    result: Result<Option<FitSummary>, &uvgraft_pipeline::Failure>,
-) {
-    warnings.iter().for_each(warn);
-    match result {
-        Ok(Some(fit)) => print(&format!("{}: {fit}\n", terminal::path(output))),
-        Ok(None) => {}
-        Err(failure) => failure::print(failure::message(failure)),
+    fn report(
+        &mut self,
+        output: &Path,
+        warnings: &[String],
+        result: Result<Option<FitSummary>, &uvgraft_pipeline::Failure>,
+    ) {
+        warnings.iter().for_each(warn);
+        match result {
+            Ok(Some(fit)) => self.print(&format!("{}: {fit}\n", terminal::path(output))),
+            Ok(None) => {}
+            Err(failure) => failure::print(failure::message(failure)),
+        }
     }
-}
 
-/// Prints to standard output. A failure to print must not stop the transfer.
-fn print(text: &str) {
-    if let Err(error) = terminal::print(text) {
-        warn(format!("{error:#}"));
+    /// Prints to standard output. What cannot be printed does not stop the transfer.
+    fn print(&mut self, text: &str) {
+        if let Err(error) = terminal::print(text) {
+            // One message is enough.
+            if !std::mem::replace(&mut self.is_silenced, true) {
+                failure::report(&error);
+            }
+        }
     }
 }
 
 impl Observer for Progress {
     fn event(&self, event: Event<'_>) {
-        self.state.lock().unwrap_or_else(PoisonError::into_inner).show(event);
+        self.state().show(event);
     }
 
     fn now(&self) -> Option<Duration> {

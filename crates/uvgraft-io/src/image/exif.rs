@@ -100,6 +100,14 @@ pub(super) fn orientation(exif: &[u8]) -> Option<u64> {
     }
 }
 
+/// A block, without the prefix `Exif\0\0`, whose one tag is the orientation.
+pub(super) fn of_orientation(tag: u16) -> Vec<u8> {
+    let mut block = b"MM\0*\0\0\0\x08\0\x01".to_vec();
+    // The value is left-aligned in four bytes; no directory follows.
+    block.extend([ORIENTATION, SHORT, 0, 1, tag, 0, 0, 0].map(u16::to_be_bytes).concat());
+    block
+}
+
 /// What a camera says about its focal length.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub(super) struct FocalLength {

@@ -40,6 +40,7 @@ mod opened;
 mod orientation;
 mod png;
 mod segments;
+mod stripped;
 mod tiff;
 mod webp;
 mod xmp;
@@ -62,6 +63,7 @@ pub use self::header::{
 };
 pub use self::opened::{OpenImage, open};
 pub use self::segments::{Segment, Segments};
+pub use self::stripped::without_metadata;
 use crate::input::{self, Input};
 use crate::output::write_atomically;
 

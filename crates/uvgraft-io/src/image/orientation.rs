@@ -40,6 +40,13 @@ impl Orientation {
         Self::from_tag(tag.unwrap_or(1))
     }
 
+    /// An EXIF block, without the prefix `Exif\0\0`, that states this and nothing else; `None` for images that are
+    /// stored upright.
+    pub(super) fn exif(self) -> Option<Vec<u8>> {
+        let tag = (2..=8).find(|&tag| Self::from_tag(tag) == self)?;
+        Some(exif::of_orientation(tag as u16))
+    }
+
     /// The size of the upright image.
     pub(super) fn size(self, stored: Size) -> Size {
         if self.transposed { Size::new(stored.height, stored.width) } else { stored }
@@ -190,9 +197,19 @@ mod tests {
     }
 
     #[test]
+    fn written_blocks_are_read() {
+        assert_eq!(Orientation::default().exif(), None);
+        for tag in 2..=8 {
+            let exif = Orientation::from_tag(tag).exif().unwrap();
+            assert_eq!(Orientation::from_blocks(&exif, b""), Orientation::from_tag(tag));
+        }
+    }
+
+    #[test]
     fn nonsense_in_exif_turns_nothing() {
         let good = b"Exif\0\0MM\0*\0\0\0\x08\0\x01\x01\x12\0\x03\0\0\0\x01\0\x06\0\0\0\0\0\0";
         assert_eq!(Orientation::from_blocks(good, b""), Orientation::from_tag(6));
+        assert_eq!(good[6..], Orientation::from_tag(6).exif().unwrap());
         for cut in 0..26 {
             assert_eq!(Orientation::from_blocks(&good[..cut], b""), Orientation::default());
         }

@@ -73,6 +73,54 @@ pub(super) fn decode(bytes: &[u8]) -> Result<Decoded, ImageError> {
     Ok(Decoded { header, texels: Texels::U8(values), icc })
 }
 
+/// See [`without_metadata`](super::without_metadata).
+///
+/// - `exif`: a block to write instead of the file's.
+pub(super) fn stripped(bytes: &[u8], exif: Option<&[u8]>) -> Option<Vec<u8>> {
+    /// The bits of the extended header that say that there is EXIF, and XMP.
+    const HAS_EXIF: u8 = 0x08;
+    const HAS_XMP: u8 = 0x04;
+    let length = u32::from_le_bytes(*bytes.get(4..)?.first_chunk()?) as usize;
+    let mut rest = bytes.get(12..length.checked_add(8)?)?;
+    let mut out = bytes[..12].to_vec();
+    while !rest.is_empty() {
+        let (header, content) = rest.split_at_checked(8)?;
+        let length = u32::from_le_bytes(*header[4..].first_chunk()?) as usize;
+        let content = content.get(..length)?;
+        let start = out.len();
+        if matches!(
+            &header[..4],
+            b"VP8X" | b"VP8 " | b"VP8L" | b"ALPH" | b"ANIM" | b"ANMF" | b"ICCP"
+        ) {
+            riff_chunk(&mut out, *header.first_chunk()?, content);
+        }
+        if header.starts_with(b"VP8X") {
+            let flags = out.get_mut(start + 8)?;
+            *flags &= !(HAS_EXIF | HAS_XMP);
+            *flags |= exif.map_or(0, |_| HAS_EXIF);
+        }
+        // Chunks have an even number of bytes. The last one's padding may be missing.
+        rest = rest.get(8 + length + length % 2..).unwrap_or_default();
+    }
+    if let Some(exif) = exif {
+        // Only in files with an extended header, since no others had any.
+        riff_chunk(&mut out, *b"EXIF", exif);
+    }
+    let length = u32::try_from(out.len() - 8).ok()?;
+    out[4..8].copy_from_slice(&length.to_le_bytes());
+    Some(out)
+}
+
+/// Appends a chunk of a RIFF file.
+pub(super) fn riff_chunk(out: &mut Vec<u8>, name: [u8; 4], data: &[u8]) {
+    out.extend(name);
+    out.extend((data.len() as u32).to_le_bytes());
+    out.extend(data);
+    if data.len() % 2 == 1 {
+        out.push(0);
+    }
+}
+
 fn from_webp(error: DecodingError) -> ImageError {
     match error {
         DecodingError::IoError(error) => ImageError::from_io(FORMAT, &error),

@@ -9,6 +9,7 @@ use std::io::{Cursor, Write};
 use uvgraft::{Channels, Encoding, Size, Texels, Texture, threads};
 
 use super::{AnimationError, bytes_of, durations};
+use crate::image::webp::riff_chunk;
 use crate::image::{self, Format, Image, WriteOptions};
 
 /// Writes frames as a lossless animated WebP that loops forever.
@@ -38,9 +39,9 @@ pub fn write_webp(frames: &[Texture], fps: f32, mut out: impl Write) -> Result<(
     // Animation and alpha, which partial frames have where nothing changes.
     const FLAGS: u8 = 0b1_0010;
     let sides = [size.width, size.height].map(|side| three_bytes(side - 1)).concat();
-    chunk(&mut body, *b"VP8X", &[&[FLAGS, 0, 0, 0], &sides[..]].concat());
+    riff_chunk(&mut body, *b"VP8X", &[&[FLAGS, 0, 0, 0], &sides[..]].concat());
     // A transparent background, and an unlimited loop.
-    chunk(&mut body, *b"ANIM", &[0; 6]);
+    riff_chunk(&mut body, *b"ANIM", &[0; 6]);
     for (part, milliseconds) in encoded.iter().zip(durations(frames.len(), fps, 1000.0)) {
         // The frame stays; it either replaces what was there, or is blended over it.
         let flags = if part.replaces { 0b10 } else { 0 };
@@ -49,8 +50,8 @@ pub fn write_webp(frames: &[Texture], fps: f32, mut out: impl Write) -> Result<(
         let time = three_bytes(milliseconds.min((1 << 24) - 1));
         let mut frame = [left, top, width, height, time].concat();
         frame.push(flags);
-        chunk(&mut frame, *b"VP8L", &part.bits);
-        chunk(&mut body, *b"ANMF", &frame);
+        riff_chunk(&mut frame, *b"VP8L", &part.bits);
+        riff_chunk(&mut body, *b"ANMF", &frame);
     }
     let length = u32::try_from(body.len())
         .map_err(|_| AnimationError::Encode("WebP holds at most 4 GiB".to_owned()))?;
@@ -135,15 +136,6 @@ fn still(frame: &Texture) -> Result<Vec<u8>, AnimationError> {
 fn three_bytes(value: u32) -> [u8; 3] {
     let [a, b, c, _] = value.to_le_bytes();
     [a, b, c]
-}
-
-fn chunk(out: &mut Vec<u8>, name: [u8; 4], data: &[u8]) {
-    out.extend(name);
-    out.extend((data.len() as u32).to_le_bytes());
-    out.extend(data);
-    if data.len() % 2 == 1 {
-        out.push(0);
-    }
 }
 
 #[cfg(test)]

@@ -36,7 +36,8 @@ pub(super) fn cleaned(bytes: &[u8]) -> Option<Vec<u8>> {
     }
 }
 
-fn matters(marker: u8, content: &[u8]) -> bool {
+/// Whether a segment says how to decode the picture, or in which colours.
+pub(super) fn matters(marker: u8, content: &[u8]) -> bool {
     match marker {
         // Frames, tables and restart intervals.
         0xc0..=0xcf | 0xdb | 0xdd => true,

@@ -6,6 +6,7 @@ mod encode;
 mod entropy;
 mod frame;
 mod narrow;
+mod stripped;
 mod ycbcr;
 
 use std::io::{self, BufRead, Cursor, Read, Seek};
@@ -24,6 +25,7 @@ use super::header::StoredHeader;
 use super::orientation::Orientation;
 use super::{Decoded, Format, ImageError};
 pub(super) use encode::{ROWS_IN_SEGMENT, RowEncoder, Segment};
+pub(super) use stripped::stripped;
 
 const FORMAT: Format = Format::Jpeg;
 

@@ -8,6 +8,7 @@ mod encode;
 mod image_data;
 mod piece_reader;
 mod pieces;
+mod stripped;
 mod text;
 mod unfilter;
 mod wave;
@@ -18,6 +19,7 @@ use uvgraft::texture::{Channels, Depth};
 
 pub(super) use self::decode::RowDecoder;
 pub(super) use self::encode::{RowEncoder, Segment, rows_in_segment};
+pub(super) use self::stripped::stripped;
 use super::exif::{self, FocalLength};
 use super::header::{StoredHeader, check_size};
 use super::orientation::Orientation;
