@@ -73,15 +73,19 @@ impl Errors {
         };
         let mut shown = vec![None; size.texels()];
         let (mut sum, mut count, mut largest) = (0.0, 0usize, 0.0f32);
-        let texels = a.values().chunks_exact(3).zip(b.values().chunks_exact(3));
-        for (index, (a, b)) in texels.enumerate().filter(|(index, _)| counts(*index)) {
-            let error = (0..3).map(|k| (a[k] - b[k]).abs() * 255.0).fold(0.0, f32::max);
-            let (x, y) = (index as u32 % of.width, index as u32 / of.width);
-            let at = (y / block) as usize * size.width as usize + (x / block) as usize;
-            shown[at] = Some(error.max(shown[at].unwrap_or(0.0)));
-            sum += f64::from(error);
-            count += 1;
-            largest = largest.max(error);
+        let width = of.width as usize;
+        for y in 0..of.height as usize {
+            let row = y * width..(y + 1) * width;
+            let [a, b] = [a, b].map(|colors| colors.values(row.clone()));
+            let texels = a.chunks_exact(3).zip(b.chunks_exact(3)).zip(row);
+            for (x, ((a, b), _)) in texels.enumerate().filter(|(_, (_, index))| counts(*index)) {
+                let error = (0..3).map(|k| (a[k] - b[k]).abs() * 255.0).fold(0.0, f32::max);
+                let at = y / block as usize * size.width as usize + x / block as usize;
+                shown[at] = Some(error.max(shown[at].unwrap_or(0.0)));
+                sum += f64::from(error);
+                count += 1;
+                largest = largest.max(error);
+            }
         }
         Self { of, size, block, shown, mean: sum / count.max(1) as f64, largest }
     }

@@ -21,10 +21,9 @@ pub(super) fn mean(
     let term = |(a, b): (&f32, &f32)| of(f64::from(*a) - f64::from(*b));
     let sums = map_indices(a.size().texels().div_ceil(texels), |block| {
         let texels = block * texels..((block + 1) * texels).min(a.size().texels());
-        let values = texels.start * 3..texels.end * 3;
-        let (a, b) = (&a.values()[values.clone()], &b.values()[values]);
+        let [a, b] = [a, b].map(|colors| colors.values(texels.clone()));
         match mask {
-            None => a.iter().zip(b).map(term).sum::<f64>(),
+            None => a.iter().zip(b.iter()).map(term).sum::<f64>(),
             Some(mask) => a
                 .chunks_exact(3)
                 .zip(b.chunks_exact(3))

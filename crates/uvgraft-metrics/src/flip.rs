@@ -62,9 +62,11 @@ pub fn flip(a: &Colors, b: &Colors, mask: Option<&Mask>) -> Result<f64, MetricEr
 /// A range of rows in the implementation's image type.
 fn picture(colors: &Colors, rows: std::ops::Range<usize>) -> nv_flip::FlipImageRgb8 {
     let width = colors.size().width;
-    let values = rows.start * width as usize * 3..rows.end * width as usize * 3;
-    let values: Vec<u8> = colors.values()[values].iter().map(|&v| u8::from_unit(v)).collect();
-    nv_flip::FlipImageRgb8::with_data(width, rows.len() as u32, &values)
+    let texels = rows.start * width as usize..rows.end * width as usize;
+    let levels = colors.levels(texels.clone()).unwrap_or_else(|| {
+        colors.values(texels).iter().map(|&value| u8::from_unit(value)).collect()
+    });
+    nv_flip::FlipImageRgb8::with_data(width, rows.len() as u32, &levels)
 }
 
 #[cfg(test)]

@@ -163,9 +163,9 @@ impl Tile {
         let mut filtered = vec![0.0; stride];
         let (mut sum, mut texels) = (0.0, 0);
         for y in 0..self.rows + 2 * radius {
-            let start = ((self.top + y) * width + self.left) * 3;
-            let row = start..start + values + 6 * radius;
-            multiply(&a.values()[row.clone()], &b.values()[row], &mut products);
+            let start = (self.top + y) * width + self.left;
+            let row = start..start + self.columns + 2 * radius;
+            multiply(&a.values(row.clone()), &b.values(row), &mut products);
             let slot = y % taps;
             along_row(&products, window, &mut ring[slot * stride..(slot + 1) * stride]);
             let Some(row) = y.checked_sub(2 * radius).filter(is_needed) else { continue };
@@ -266,8 +266,8 @@ mod tests {
                     let (mut ma, mut mb, mut aa, mut bb, mut ab) = (0.0, 0.0, 0.0, 0.0, 0.0);
                     for j in -radius..=radius {
                         for i in -radius..=radius {
-                            let at = ((y + j) * width + x + i) * 3 + channel;
-                            let [p, q] = [a, b].map(|c| f64::from(c.values()[at as usize]));
+                            let at = ((y + j) * width + x + i) as usize;
+                            let [p, q] = [a, b].map(|c| f64::from(c.values(at..at + 1)[channel]));
                             let w = weight(i, j);
                             ma += w * p;
                             mb += w * q;

@@ -6,6 +6,7 @@
 //! differ by less than 0.02 points there.
 
 use std::borrow::Cow;
+use std::ops::Range;
 
 use fast_ssim2::{PixelDescriptor, PixelSlice, Ssimulacra2Config, StripConfig, TransferFunction};
 use uvgraft::texture::{Size, Value};
@@ -31,12 +32,14 @@ const STRIP: (usize, usize) = (256, 96);
 /// # Errors
 /// [`MetricError::Size`] if the pictures or the mask differ in size, [`MetricError::TooSmall`] if
 /// they, or the mask's bounding box, are smaller than 8 texels a side.
-pub fn ssimulacra2(a: &Colors, b: &Colors, mask: Option<&Mask>) -> Result<f64, MetricError> {
+pub fn ssimulacra2<'a>(
+    a: &'a Colors,
+    b: &'a Colors,
+    mask: Option<&Mask>,
+) -> Result<f64, MetricError> {
     same_size(a, b, mask)?;
-    let (size, [a, b]) = match mask {
-        None => (a.size(), [a, b].map(|colors| Cow::Borrowed(colors.values()))),
-        Some(mask) => cropped(a, b, mask),
-    };
+    let frame = mask.map_or_else(|| Frame::whole(a.size()), Frame::around);
+    let size = frame.size();
     if size.width.min(size.height) < MIN {
         let metric =
             if mask.is_some() { "SSIMULACRA 2 within a mask's bounds" } else { "SSIMULACRA 2" };
@@ -44,13 +47,16 @@ pub fn ssimulacra2(a: &Colors, b: &Colors, mask: Option<&Mask>) -> Result<f64, M
     }
     // The crate keeps copies of its input: 8 bits, which most textures have, save 1 GB at 4096²
     // compared with floats.
-    let at_8_bits = at_8_bits(&a).zip(at_8_bits(&b));
-    let (values, format) = match &at_8_bits {
-        Some((a, b)) => ([&a[..], &b[..]], PixelDescriptor::RGB8_SRGB),
-        None => (
-            [&a, &b].map(|values| bytemuck::cast_slice(values)),
-            PixelDescriptor::RGBF32.with_transfer(TransferFunction::Srgb),
-        ),
+    let floats;
+    let levels = frame.cut([a, b], mask, levels);
+    let (values, format) = match &levels {
+        Some(levels) => (levels.each_ref().map(|levels| &levels[..]), PixelDescriptor::RGB8_SRGB),
+        None => {
+            let values = |colors: &'a Colors, texels| Some(colors.values(texels));
+            floats = frame.cut([a, b], mask, values).expect("every texture has values");
+            let bytes = floats.each_ref().map(|values| bytemuck::cast_slice(values));
+            (bytes, PixelDescriptor::RGBF32.with_transfer(TransferFunction::Srgb))
+        }
     };
     let stride = values[0].len() / size.height as usize;
     let [a, b] = values.map(|bytes| {
@@ -66,39 +72,69 @@ pub fn ssimulacra2(a: &Colors, b: &Colors, mask: Option<&Mask>) -> Result<f64, M
 
 /// The values at 8 bits, if that is lossless up to the rounding of float conversion; a 16-bit step
 /// is 0.0039 8-bit levels.
-fn at_8_bits(values: &[f32]) -> Option<Vec<u8>> {
+fn levels(colors: &Colors, texels: Range<usize>) -> Option<Cow<'_, [u8]>> {
     let level_of = |&value: &f32| {
         let level = u8::from_unit(value);
         ((value * 255.0 - f32::from(level)).abs() < 1e-3).then_some(level)
     };
-    values.iter().map(level_of).collect()
+    colors.levels(texels.clone()).or_else(|| colors.values(texels).iter().map(level_of).collect())
 }
 
-type Values<'a> = Cow<'a, [f32]>;
+/// The part of two pictures that is scored.
+struct Frame {
+    /// Width of the pictures.
+    width: usize,
+    columns: Range<usize>,
+    rows: Range<usize>,
+}
 
-/// Both pictures within the mask's bounding box, with the first one's values outside the mask.
-fn cropped<'a>(a: &Colors, b: &Colors, mask: &Mask) -> (Size, [Values<'a>; 2]) {
-    let width = a.size().width as usize;
-    let row_of = |row: usize| &mask.selected()[row * width..(row + 1) * width];
-    let (mut left, mut right, mut top, mut bottom) = (width, 0, usize::MAX, 0);
-    for row in 0..a.size().height as usize {
-        let Some(first) = row_of(row).iter().position(|&selected| selected) else { continue };
-        let last = row_of(row).iter().rposition(|&selected| selected).unwrap_or(first);
-        (left, right) = (left.min(first), right.max(last + 1));
-        (top, bottom) = (top.min(row), row + 1);
+impl Frame {
+    fn whole(size: Size) -> Self {
+        let (width, height) = (size.width as usize, size.height as usize);
+        Self { width, columns: 0..width, rows: 0..height }
     }
-    let (mut first, mut second) = (Vec::new(), Vec::new());
-    for row in top..bottom {
-        let values = (row * width + left) * 3..(row * width + right) * 3;
-        let (a, b) = (&a.values()[values.clone()], &b.values()[values]);
-        first.extend_from_slice(a);
-        let texels = a.chunks_exact(3).zip(b.chunks_exact(3)).zip(&row_of(row)[left..right]);
-        for ((a, b), selected) in texels {
-            second.extend_from_slice(if *selected { b } else { a });
+
+    /// The mask's bounding box.
+    fn around(mask: &Mask) -> Self {
+        let width = mask.size().width as usize;
+        let (mut left, mut right, mut top, mut bottom) = (width, 0, usize::MAX, 0);
+        for (row, selected) in mask.selected().chunks_exact(width).enumerate() {
+            let Some(first) = selected.iter().position(|&selected| selected) else { continue };
+            let last = selected.iter().rposition(|&selected| selected).unwrap_or(first);
+            (left, right) = (left.min(first), right.max(last + 1));
+            (top, bottom) = (top.min(row), row + 1);
         }
+        Self { width, columns: left..right, rows: top..bottom }
     }
-    let size = Size::new((right - left) as u32, (bottom - top) as u32);
-    (size, [first.into(), second.into()])
+
+    fn size(&self) -> Size {
+        Size::new(self.columns.len() as u32, self.rows.len() as u32)
+    }
+
+    /// Values of both pictures, with the first one's outside the mask; `None` if one has none of the kind.
+    fn cut<'a, T: Copy>(
+        &self,
+        pictures: [&'a Colors; 2],
+        mask: Option<&Mask>,
+        values: impl Fn(&'a Colors, Range<usize>) -> Option<Cow<'a, [T]>>,
+    ) -> Option<[Cow<'a, [T]>; 2]> {
+        let Some(mask) = mask else {
+            let [a, b] = pictures.map(|colors| values(colors, 0..colors.size().texels()));
+            return Some([a?, b?]);
+        };
+        let (mut first, mut second) = (Vec::new(), Vec::new());
+        for row in self.rows.clone() {
+            let texels = row * self.width + self.columns.start..row * self.width + self.columns.end;
+            let selected = &mask.selected()[texels.clone()];
+            let [a, b] = pictures.map(|colors| values(colors, texels.clone()));
+            let (a, b) = (a?, b?);
+            first.extend_from_slice(&a);
+            for ((a, b), selected) in a.chunks_exact(3).zip(b.chunks_exact(3)).zip(selected) {
+                second.extend_from_slice(if *selected { b } else { a });
+            }
+        }
+        Some([first.into(), second.into()])
+    }
 }
 
 #[cfg(test)]
@@ -119,17 +155,21 @@ mod tests {
     /// Pictures with more than 8 bits take a different path into the crate.
     #[test]
     fn depths_agree() {
-        let levels: Vec<u8> = (0..=255).collect();
-        let floats: Vec<f32> = levels.iter().map(|&v| f32::from(v) * (1.0 / 255.0)).collect();
-        assert_eq!(at_8_bits(&floats), Some(levels));
-        assert_eq!(at_8_bits(&[0.5]), None);
+        let float = |values: Vec<f32>| {
+            let size = Size::new(values.len() as u32 / 3, 1);
+            let texels = Texels::F32(values);
+            Colors::new(Texture::new(size, Channels::Rgb, Encoding::Srgb, texels).unwrap()).unwrap()
+        };
+        let wanted: Vec<u8> = (0..=254).collect();
+        let stored = float(wanted.iter().map(|&v| f32::from(v) * (1.0 / 255.0)).collect());
+        assert_eq!(levels(&stored, 0..85).unwrap(), wanted);
+        assert_eq!(levels(&float(vec![0.5; 3]), 0..1), None);
         let (a, b) = (noise((40, 33), 1), noise((40, 33), 2));
         let found = ssimulacra2(&a, &b, None).unwrap();
-        let mut values = b.values().to_vec();
+        let mut values = b.values(0..40 * 33).into_owned();
         values[0] += 1e-4;
-        let size = Size::new(40, 33);
         let texels = Texels::F32(values);
-        let b = Texture::new(size, Channels::Rgb, Encoding::Srgb, texels).unwrap();
+        let b = Texture::new(b.size(), Channels::Rgb, Encoding::Srgb, texels).unwrap();
         let float = ssimulacra2(&a, &Colors::new(b).unwrap(), None).unwrap();
         assert!(found != float && (found - float).abs() < 1e-2, "{found}, {float}");
     }
@@ -140,8 +180,7 @@ mod tests {
         let inside = |x: u32, y: u32| (3..30).contains(&x) && (5..20).contains(&y);
         let cut = |colors: &Colors| {
             let texels: Vec<u8> = (5..20)
-                .flat_map(|y| (3..30).map(move |x| (y * 40 + x) * 3))
-                .flat_map(|at: usize| colors.values()[at..at + 3].to_vec())
+                .flat_map(|y| colors.values(y * 40 + 3..y * 40 + 30).into_owned())
                 .map(|value| (value * 255.0).round() as u8)
                 .collect();
             super::super::testing::colors((27, 15), &texels)

@@ -126,17 +126,10 @@ fn base_bytes(order: &BaseOrder<'_>, header: Header, keeps: bool) -> u64 {
 
 /// Bytes of an image while it is decoded. One that is in memory already is counted as it is.
 fn decoded_bytes(image: Option<&Input>, header: &Header) -> u64 {
-    let Header { channels, depth, .. } = *header;
-    let decoded = bytes_of(header.size, TexelFormat { channels, depth, encoding: Encoding::Srgb });
     let file = image.and_then(Input::path).and_then(|path| path.metadata().ok());
-    let file = file.map_or(0, |found| found.len());
-    match header.format {
-        Format::Png => decoded,
-        // Channels are decoded separately, and then interleaved.
-        Format::Exr => file + 3 * decoded,
-        Format::Tiff => file + 2 * decoded,
-        _ => file + decoded,
-    }
+    // Read as a whole, and copied in part by decoders, but for PNGs.
+    let copies = if header.format == Format::Png { 0 } else { 2 };
+    copies * file.map_or(0, |found| found.len()) + header.decoding_bytes
 }
 
 /// Upper bound of the bytes that a texture takes. Unreadable files need hardly any, since they fail

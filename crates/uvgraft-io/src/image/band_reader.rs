@@ -114,7 +114,7 @@ impl<'a> BandDecoder<'a> {
 
     /// The whole image as [`BandEncoder`](super::BandEncoder) expects it.
     pub const fn spec(&self) -> TextureSpec {
-        let Header { format, size, channels, depth } = self.header;
+        let Header { format, size, channels, depth, .. } = self.header;
         TextureSpec { size, channels, depth, encoding: convert::encoding_of(format, depth) }
     }
 

@@ -37,6 +37,8 @@ pub struct Header {
     pub channels: Channels,
     /// The depth of the texture.
     pub depth: Depth,
+    /// Memory that decoding the whole image takes at most, its texels included, apart from the file's bytes.
+    pub decoding_bytes: u64,
 }
 
 /// Everything about a texture except its values.
@@ -97,13 +99,23 @@ pub(super) struct StoredHeader {
     pub(super) depth: Depth,
     pub(super) orientation: Orientation,
     pub(super) focal: FocalLength,
+    /// Memory that decoding takes at most, beside the texels as stored and the file.
+    pub(super) scratch_bytes: u64,
 }
 
 impl StoredHeader {
     /// The public part.
     pub(super) fn public(&self, format: Format) -> Header {
         let Self { size, channels, depth, orientation, .. } = *self;
-        Header { format, size: orientation.size(size), channels, depth }
+        // Transposed into memory of their own, when the scratch is free again.
+        let turned = if orientation.is_transposed() { self.bytes() } else { 0 };
+        let decoding_bytes = self.bytes() + turned.max(self.scratch_bytes);
+        Header { format, size: orientation.size(size), channels, depth, decoding_bytes }
+    }
+
+    /// Bytes of the decoded image.
+    pub(super) fn bytes(&self) -> u64 {
+        (self.values() * self.depth.bytes()) as u64
     }
 
     /// Number of values in a stored row.
@@ -120,7 +132,7 @@ impl StoredHeader {
 /// Checks an image that is decoded at once against the length of its file: see
 /// [`MAX_UNBACKED_BYTES`].
 pub(super) fn check_backed(header: &Header, file: u64) -> Result<(), ImageError> {
-    let Header { format, size, channels, depth } = *header;
+    let Header { format, size, channels, depth, .. } = *header;
     let bytes = size.texels() as u64 * (channels.count() * depth.bytes()) as u64;
     let least = bytes / MAX_RATIO;
     if bytes > MAX_UNBACKED_BYTES && file < least {

@@ -47,6 +47,11 @@ impl Orientation {
         Some(exif::of_orientation(tag as u16))
     }
 
+    /// Whether rows become columns.
+    pub(super) const fn is_transposed(self) -> bool {
+        self.transposed
+    }
+
     /// The size of the upright image.
     pub(super) fn size(self, stored: Size) -> Size {
         if self.transposed { Size::new(stored.height, stored.width) } else { stored }

@@ -33,7 +33,26 @@ fn open<R: BufRead + Seek>(mut reader: R) -> Result<(WebPDecoder<R>, StoredHeade
     let xmp = decoder.xmp_metadata().map_err(from_webp)?.unwrap_or_default();
     let orientation = Orientation::from_blocks(&exif, &xmp);
     let focal = FocalLength::from_exif(&exif);
-    Ok((decoder, StoredHeader { size, channels, depth: Depth::U8, orientation, focal }))
+    let scratch_bytes = scratch_bytes(&mut decoder, size.texels() as u64);
+    let depth = Depth::U8;
+    let header = StoredHeader { size, channels, depth, orientation, focal, scratch_bytes };
+    Ok((decoder, header))
+}
+
+/// What the crate allocates beside the texels, by reading its version 0.2.4.
+fn scratch_bytes<R: BufRead + Seek>(decoder: &mut WebPDecoder<R>, texels: u64) -> u64 {
+    // Transforms and codes for blocks of 4×4 texels, four of them at most, with four bytes each.
+    let transforms = texels;
+    let [lossless, lossy, alpha] =
+        [4 * texels + transforms, 3 * texels / 2, 5 * texels + transforms];
+    if decoder.is_animated() {
+        // The canvas and the frame, which may be of either kind.
+        8 * texels + lossless.max(lossy + alpha)
+    } else if !decoder.is_lossy() {
+        if decoder.has_alpha() { transforms } else { lossless }
+    } else {
+        lossy + if decoder.has_alpha() { alpha } else { 0 }
+    }
 }
 
 /// Checks the size in the extended header, because the crate rejects the largest without naming it.

@@ -53,8 +53,8 @@ impl Lpips {
         // The networks amplify their input some hundredfold in each layer.
         const MAX: u32 = 1_000_000;
         for picture in [first, second] {
-            if let Some(index) = picture.values().iter().position(|v| v.abs() > MAX as f32) {
-                let (x, y) = ((index / 3) as u32 % size.width, (index / 3) as u32 / size.width);
+            let out_of_range = |value: &f32| value.abs() > MAX as f32;
+            if let Some((x, y)) = picture.position(out_of_range) {
                 return Err(MetricError::OutOfRange { metric: "LPIPS", most: MAX, x, y });
             }
         }

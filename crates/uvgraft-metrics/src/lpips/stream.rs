@@ -79,9 +79,10 @@ pub(super) fn differences(
 /// Appends the pictures' rows up to `end`, scaled from `0.0..=1.0` to the networks' input range.
 fn append_scaled(rows: &mut Rows, pictures: [&Colors; 2], end: usize) {
     let (first, length) = (rows.end(), rows.row_length());
+    let width = length / 3;
     threads::for_each_chunk(rows.extend_to(end), length, |index, values| {
-        let start = (first + index / 2) * length;
-        let texels = &pictures[index % 2].values()[start..start + length];
+        let start = (first + index / 2) * width;
+        let texels = pictures[index % 2].values(start..start + width);
         for (scaled, texel) in values.chunks_exact_mut(3).zip(texels.chunks_exact(3)) {
             for channel in 0..3 {
                 let signed = 2.0 * texel[channel] - 1.0;

@@ -21,7 +21,8 @@ struct Features {
 
 impl Features {
     fn of(picture: &Colors) -> Self {
-        let scaled = picture.values().chunks_exact(3).flat_map(|texel| {
+        let values = picture.values(0..picture.size().texels());
+        let scaled = values.chunks_exact(3).flat_map(|texel| {
             [
                 (f64::from(texel[0]) * 2.0 - 1.0 + 0.030) / 0.458,
                 (f64::from(texel[1]) * 2.0 - 1.0 + 0.088) / 0.448,

@@ -114,6 +114,8 @@ fn layout(headers: &[Header]) -> Result<ChannelLayout, ImageError> {
         depth: Depth::F32,
         orientation,
         focal: FocalLength::default(),
+        // Channels are decoded separately, as floats, and then interleaved.
+        scratch_bytes: 2 * size.texels().max(stored.texels()) as u64 * channels.count() as u64 * 4,
     };
     let colors = Colors { primaries, neutral, is_luminance_chroma };
     Ok(ChannelLayout { header, sources, colors, stored, offset })

@@ -62,6 +62,23 @@ impl Frame {
         Ok((check_size(FORMAT, sides, channels, Depth::U8)?, channels))
     }
 
+    /// Memory beside the texels: progressive scans are collected as coefficients of 16 bits.
+    pub(super) fn scratch_bytes(&self) -> u64 {
+        if self.marker != 0xc2 {
+            return 0;
+        }
+        let components = usize::from(self.components).min(self.sampling.len());
+        let factors =
+            self.sampling[..components].iter().map(|&it| (u64::from(it >> 4), u64::from(it & 15)));
+        let (mut across, mut down, mut blocks) = (1, 1, 0);
+        for (x, y) in factors {
+            (across, down, blocks) = (across.max(x), down.max(y), blocks + x * y);
+        }
+        let units =
+            u64::from(self.width).div_ceil(8 * across) * u64::from(self.height).div_ceil(8 * down);
+        units * blocks * 64 * 2
+    }
+
     /// Whether the chroma has half as many columns as the luma, and as many rows or half as many.
     pub(super) fn has_chroma_of_half_width(&self) -> bool {
         matches!(self.sampling, [0x21 | 0x22, 0x11, 0x11])

@@ -80,7 +80,14 @@ fn open(reader: &mut (impl BufRead + Seek)) -> Result<(StoredHeader, Signs), Ima
     let (size, channels) = frame.layout()?;
     let orientation = Orientation::from_blocks(&exif, &xmp);
     Ok((
-        StoredHeader { size, channels, depth: Depth::U8, orientation, focal },
+        StoredHeader {
+            size,
+            channels,
+            depth: Depth::U8,
+            orientation,
+            focal,
+            scratch_bytes: frame.scratch_bytes(),
+        },
         Signs { frame, is_jfif },
     ))
 }

@@ -125,6 +125,10 @@ fn outline(reader: &mut (impl BufRead + Seek)) -> Result<Outline, ImageError> {
     let channels = if has_alpha { colors.with_alpha() } else { colors };
     let size = check_size(FORMAT, (width.into(), height.into()), channels, depth)?;
     let orientation = Orientation::from_tag(exif_tag.or(text_tag).unwrap_or(1));
-    let header = StoredHeader { size, channels, depth, orientation, focal };
+    let mut header = StoredHeader { size, channels, depth, orientation, focal, scratch_bytes: 0 };
+    if depth == Depth::U16 {
+        // Images that are decoded at once, from pairs of bytes.
+        header.scratch_bytes = header.bytes();
+    }
     Ok(Outline { header, plain: first_data.filter(|_| is_plain) })
 }

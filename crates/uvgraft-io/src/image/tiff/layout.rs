@@ -112,7 +112,10 @@ impl Layout {
         let size = check_size(FORMAT, (width, height), channels, depth)?;
         let orientation = Orientation::from_tag(directory.number(tags::ORIENTATION)?.unwrap_or(1));
         let focal = FocalLength::default();
-        let header = StoredHeader { size, channels, depth, orientation, focal };
+        let mut header =
+            StoredHeader { size, channels, depth, orientation, focal, scratch_bytes: 0 };
+        // Strips and tiles as stored, until their rows are put together.
+        header.scratch_bytes = header.bytes();
 
         let is_premultiplied = alpha.is_some_and(|alpha| alpha.is_premultiplied);
         let color = color(directory, interpretation, &samples)?;
