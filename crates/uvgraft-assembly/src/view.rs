@@ -18,7 +18,8 @@ pub struct ViewRequest {
     /// A GLB, VRM or glTF file of any origin. Compressed data and files beside it are decoded and
     /// embedded into the page.
     pub avatar: Input,
-    /// Alternative textures to offer: PNG, JPEG or WebP.
+    /// Alternative textures to offer: PNG, JPEG or WebP. Pages hold their pictures without metadata, such as where
+    /// a photograph was taken.
     pub textures: Vec<Input>,
     /// Initial target of the camera; by default the whole model.
     pub look_at: Option<Aim>,
@@ -82,7 +83,8 @@ impl ViewRequest {
             .iter()
             .map(|input| {
                 let bytes = input.read(MAX_TEXTURE_BYTES).or_input();
-                Ok((input, file_name(input), bytes.map_err(|failure| failure.context(input))?))
+                let bytes = bytes.map_err(|failure| failure.context(input))?;
+                Ok((input, file_name(input), bare_picture(input, &bytes)?))
             })
             .collect::<Result<Vec<_>>>()?;
         let textures =
@@ -104,18 +106,24 @@ fn template() -> Result<&'static str> {
     })
 }
 
+/// The file of a texture that browsers show, without metadata.
+fn bare_picture(input: &Input, bytes: &[u8]) -> Result<Vec<u8>> {
+    picture(input, bytes)?;
+    // Browsers show formats that are unsupported here, but nothing of a damaged file.
+    if let Err(error @ (ImageError::Truncated { .. } | ImageError::Damaged { .. })) =
+        image::decode(bytes)
+    {
+        return Err(Failure::input(format!("{input}: {error}")));
+    }
+    image::without_metadata(bytes)
+        .ok_or_else(|| Failure::input(format!("{input}: the file's parts do not fit together")))
+}
+
 /// A texture that browsers show.
 fn picture<'a>(input: &Input, bytes: &'a [u8]) -> Result<Picture<'a>> {
-    let picture = Picture::new(bytes).ok_or_else(|| {
+    Picture::new(bytes).ok_or_else(|| {
         Failure::input(format!("{input}: not an image; must be {}", Picture::EXTENSIONS))
-    })?;
-    // Browsers show formats that are unsupported here, but nothing of a damaged file.
-    match image::decode(bytes) {
-        Err(error @ (ImageError::Truncated { .. } | ImageError::Damaged { .. })) => {
-            Err(Failure::input(format!("{input}: {error}")))
-        }
-        _ => Ok(picture),
-    }
+    })
 }
 
 fn file_name(input: &Input) -> String {

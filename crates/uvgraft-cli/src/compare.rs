@@ -67,7 +67,8 @@ pub(crate) fn run(args: &Args) -> anyhow::Result<ExitCode> {
     }
     let scores = Scores::new(&a, &b, &regions, &judge);
     if let Some(path) = &args.heatmap {
-        let title = format!("{} against {}", name_of(&args.a), name_of(&args.b));
+        let title =
+            format!("{} against {}", terminal::file_name(&args.a), terminal::file_name(&args.b));
         heatmap::write(&a, &b, &regions, &title, path)?;
     }
     print(args, a.size(), &scores)
@@ -116,11 +117,7 @@ fn read_mask(path: &Path) -> anyhow::Result<Region> {
     let texture = read.texture.with_encoding(Encoding::Data);
     let mask =
         Mask::from_texture(&texture).with_context(|| path.display().to_string()).or_bad_input()?;
-    Ok(Region { name: name_of(path), mask: Some(mask) })
-}
-
-fn name_of(path: &Path) -> String {
-    path.file_name().map_or_else(|| path.display().to_string(), |name| name.display().to_string())
+    Ok(Region { name: terminal::file_name(path), mask: Some(mask) })
 }
 
 #[derive(Serialize)]

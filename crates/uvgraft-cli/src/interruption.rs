@@ -1,4 +1,4 @@
-//! Interruption by Ctrl-C, SIGTERM or SIGHUP.
+//! Interruption by Ctrl-C, SIGTERM or SIGHUP, and the system's ways to say that a limit is reached.
 //!
 //! Unfinished outputs are removed, so that every file is either the old or the new one, without
 //! temporary files next to it.
@@ -41,11 +41,13 @@ mod signals {
     use std::sync::mpsc::sync_channel;
     use std::thread;
 
-    use signal_hook::consts::signal::{SIGHUP, SIGINT, SIGTERM, SIGXFSZ};
+    use signal_hook::consts::signal::{SIGABRT, SIGHUP, SIGINT, SIGTERM, SIGXFSZ};
     use signal_hook::flag;
     use signal_hook::iterator::Signals;
 
     pub(super) fn handle(end: fn() -> !) {
+        // Memory that cannot be allocated aborts, after a message of the standard library: a failure like others.
+        let _ = flag::register_conditional_shutdown(SIGABRT, 1, Arc::new(AtomicBool::new(true)));
         // Handled, it makes writing beyond the largest file allowed an error like others.
         let _ = flag::register(SIGXFSZ, Arc::new(AtomicBool::new(false)));
         let ignored = ignored();

@@ -45,6 +45,12 @@ pub(crate) fn path(path: &Path) -> String {
     inline(&path.display().to_string()).into_owned()
 }
 
+/// A file's name without its folders, which say more than a report that is passed on should: whose computer it
+/// was made on, and for which customer.
+pub(crate) fn file_name(path: &Path) -> String {
+    path.file_name().map_or_else(|| path.display().to_string(), |name| name.display().to_string())
+}
+
 /// Prints a line to standard error, such as an error.
 ///
 /// - `kind`: what it starts with.

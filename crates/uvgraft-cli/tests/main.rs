@@ -15,6 +15,7 @@ mod doctor;
 mod documents;
 mod dots;
 mod exports;
+mod failing_systems;
 mod hostile_names;
 mod implausible;
 mod layouts;

@@ -186,8 +186,8 @@ pub(crate) fn run(args: &Args) -> anyhow::Result<ExitCode> {
     }
     progress.finish_and_clear();
     let report = Report {
-        texture: args.texture.display().to_string(),
-        pair: args.pair.display().to_string(),
+        texture: terminal::file_name(&args.texture),
+        pair: terminal::file_name(&args.pair),
         layouts: match args.from {
             Side::Source => [&file.source_name, &file.target_name].map(Clone::clone),
             Side::Target => [&file.target_name, &file.source_name].map(Clone::clone),
