@@ -1,4 +1,4 @@
-//! The bound on memory: what a transfer may need, and textures that wait for their share.
+//! The bound on memory: what work may need, and textures that wait for their share.
 //!
 //! The estimates are upper bounds, measured with margins. Memory that is already in use counts as it
 //! is, where the system tells.
@@ -75,7 +75,7 @@ impl Transfer {
             [job] => needed(job, target, header.map(|header| header.depth), &options),
             _ => 0,
         };
-        refuse_beyond(bound, in_use() + of_threads() + base + blend + texture)
+        check_memory("the transfer", bound, base + blend + texture)
     }
 
     /// The budget of the textures of a batch, whose base and blend are in memory.
@@ -93,13 +93,25 @@ fn of_threads() -> u64 {
     threads::count() as u64 * THREAD
 }
 
-fn refuse_beyond(bound: u64, needed: u64) -> Result<()> {
+/// Refuses work that could exceed a bound on memory, before it starts.
+///
+/// - `work`: what is refused, such as `"the transfer"`.
+/// - `bound`: the most memory that the process may have, in bytes.
+/// - `needed`: what the work takes at most, in bytes, beside what the process has now and its threads.
+///
+/// # Errors
+/// As bad input, with both numbers.
+pub fn check_memory(work: &str, bound: u64, needed: u64) -> Result<()> {
+    refuse_beyond(work, bound, in_use() + of_threads() + needed)
+}
+
+fn refuse_beyond(work: &str, bound: u64, needed: u64) -> Result<()> {
     if needed <= bound {
         return Ok(());
     }
     let megabytes = needed.div_ceil(1 << 20);
     Err(Failure::option(format!(
-        "the transfer may take {megabytes} MiB of memory, but `memory` allows {}; add `memory` \
+        "{work} may take {megabytes} MiB of memory, but `memory` allows {}; add `memory` \
          {megabytes}M, or use smaller textures",
         bound >> 20
     )))
@@ -124,8 +136,10 @@ fn base_bytes(order: &BaseOrder<'_>, header: Header, keeps: bool) -> u64 {
     }
 }
 
-/// Bytes of an image while it is decoded. One that is in memory already is counted as it is.
-fn decoded_bytes(image: Option<&Input>, header: &Header) -> u64 {
+/// Upper bound of the bytes that an image takes while it is decoded.
+///
+/// - `image`: where it comes from. One that is in memory already is counted as it is.
+pub fn decoded_bytes(image: Option<&Input>, header: &Header) -> u64 {
     let file = image.and_then(Input::path).and_then(|path| path.metadata().ok());
     // Read as a whole, and copied in part by decoders, but for PNGs.
     let copies = if header.format == Format::Png { 0 } else { 2 };
@@ -185,7 +199,7 @@ impl Memory {
     /// As bad input for such a request, if the budget is a bound.
     pub(crate) fn take(&self, bytes: u64) -> Result<Reservation<'_>> {
         if self.is_bound {
-            refuse_beyond(self.limit, self.common + bytes)?;
+            refuse_beyond("the transfer", self.limit, self.common + bytes)?;
         }
         let used = self.used.lock().unwrap_or_else(PoisonError::into_inner);
         let is_full = |used: &mut u64| *used > self.common && *used + bytes > self.limit;
