@@ -45,6 +45,33 @@ fn in_use() -> u64 {
     kib.map_or(PROGRAM, |kib| kib << 10)
 }
 
+/// Memory that the process has now, and that its threads will need: what a bound on memory leaves none of.
+pub fn memory_taken() -> u64 {
+    in_use() + of_threads()
+}
+
+/// Bytes of a bound on memory such as 500M or 4G.
+///
+/// # Errors
+/// What it must be, for anything else.
+pub fn parse_memory(text: &str) -> std::result::Result<u64, String> {
+    let wanted = || "must be a size such as 500M or 4G".to_owned();
+    let (digits, unit) = match text.char_indices().last() {
+        Some((end, last)) if last.is_ascii_alphabetic() => (&text[..end], last),
+        _ => (text, 'B'),
+    };
+    let power = match unit.to_ascii_uppercase() {
+        'B' => 0,
+        'K' => 1,
+        'M' => 2,
+        'G' => 3,
+        'T' => 4,
+        _ => return Err(wanted()),
+    };
+    let number: u64 = digits.parse().map_err(|_| wanted())?;
+    number.checked_mul(1 << (10 * power)).filter(|&bytes| bytes > 0).ok_or_else(wanted)
+}
+
 impl Transfer {
     /// Checks that a batch can be within the bound, before its base is decoded and its blend
     /// prepared.
@@ -75,14 +102,14 @@ impl Transfer {
             [job] => needed(job, target, header.map(|header| header.depth), &options),
             _ => 0,
         };
-        refuse_beyond(bound, in_use() + of_threads() + base + blend + texture)
+        refuse_beyond(bound, memory_taken() + base + blend + texture)
     }
 
     /// The budget of the textures of a batch, whose base and blend are in memory.
     pub(crate) fn budget(&self, base: &Base, unchanged: Option<&Unchanged>) -> Memory {
         let unchanged = unchanged.map_or(0, Unchanged::limit);
         let (limit, common) = match self.memory {
-            Some(bound) => (bound, in_use() + of_threads() + unchanged),
+            Some(bound) => (bound, memory_taken() + unchanged),
             None => (TOGETHER, base.bytes() + unchanged),
         };
         Memory::new(limit, common, self.memory.is_some())
