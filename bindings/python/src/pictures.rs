@@ -4,7 +4,7 @@ use pyo3::prelude::*;
 use pyo3::types::{PyBytes, PyDict, PyMapping, PyString};
 use uvgraft_assembly::render::{Aim, PoseOption, parse_background, parse_expression};
 use uvgraft_assembly::{RenderRequest, ViewRequest};
-use uvgraft_pipeline::Failure;
+use uvgraft_pipeline::{Failure, parse_memory};
 
 use crate::arrays::{array, floats};
 use crate::error::{check_files, of_option};
@@ -32,15 +32,16 @@ pub(crate) fn make_picture<'py>(
     array(py, drawn.result, false)
 }
 
-/// The page of `uvgraft view`.
-///
-/// - `avatar`: an object or a path.
+/// The compiled part of `uvgraft.Avatar.html`.
 #[pyfunction]
 pub(crate) fn make_page<'py>(
     py: Python<'py>,
-    avatar: &Bound<'py, PyAny>,
+    arguments: &Bound<'py, PyDict>,
 ) -> PyResult<Bound<'py, PyBytes>> {
-    let request = ViewRequest::new(inputs::avatar(avatar, "avatar")?);
+    let keywords = Keywords::new(arguments)?;
+    let mut request = ViewRequest::new(inputs::avatar(&keywords.required("avatar")?, "avatar")?);
+    request.memory = keywords.memory()?;
+    keywords.finish()?;
     check_files(py, request.inputs())?;
     let page = work::run(py, None, move |_| request.make())?;
     Ok(PyBytes::new(py, &page.result))
@@ -69,7 +70,19 @@ impl Keywords<'_> {
         request.background = self.parsed("background", parse_background)?;
         request.unlit = self.flag("unlit")?;
         request.floor = self.flag("floor")?;
+        request.memory = self.memory()?;
         Ok(request)
+    }
+
+    /// A bound on memory: bytes, or text such as 500M.
+    fn memory(&self) -> PyResult<Option<u64>> {
+        let Some(given) = self.take("memory")? else { return Ok(None) };
+        let text = match given.extract::<u64>() {
+            Ok(bytes) => bytes.to_string(),
+            Err(_) => extracted(&given, "memory", "an int or a str")?,
+        };
+        let refused = |wanted| of_option("memory", format_args!("{wanted}, got {text}"));
+        parse_memory(&text).map(Some).map_err(refused)
     }
 
     fn look_at(&self) -> PyResult<Option<Aim>> {

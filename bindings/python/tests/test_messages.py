@@ -15,7 +15,6 @@ RENAMED = {"map": "maps"}
 UNREACHABLE = {
     "manifest",
     "mask",
-    "memory",
     "shard",
     "skip_existing",
     "with_map",

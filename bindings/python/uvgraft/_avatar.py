@@ -135,8 +135,14 @@ class Avatar:
 
     render = render
 
-    def html(self) -> str:
+    def html(self, *, memory: int | str | None = None) -> str:
         """Return the page of ``uvgraft view``: the avatar and a viewer, which works offline.
+
+        Parameters
+        ----------
+        memory : int or str, optional
+            Bound on the memory of the process, in bytes or as in ``"500M"``: an avatar that could
+            exceed it is refused. By default a gibibyte, and 200 times the size of the avatar.
 
         Returns
         -------
@@ -146,9 +152,9 @@ class Avatar:
         Raises
         ------
         uvgraft.Error
-            If this build has no viewer.
+            If this build has no viewer, or the avatar could exceed the bound on memory.
         """
-        return make_page(self).decode()
+        return make_page({"avatar": self, "memory": memory}).decode()
 
     def _repr_html_(self) -> str:
         return _notebook.avatar_html(self)

@@ -36,6 +36,7 @@ def render(
     background: Literal["studio", "transparent"] | str | None = None,
     unlit: bool = False,
     floor: bool = True,
+    memory: int | str | None = None,
     threads: int | None = None,
 ) -> NDArray[np.uint8]:
     """Draw a picture of an avatar, on the CPU.
@@ -74,6 +75,9 @@ def render(
         Draw the colours of textures as they are.
     floor : bool
         Draw the floor and the shadow on it.
+    memory : int or str, optional
+        Bound on the memory of the process, in bytes or as in ``"500M"``: a file that could exceed
+        it is refused. By default a gibibyte, and 200 times the size of the file.
     threads : int, optional
         Number of threads, 0 for one per processor; see `set_threads`.
 
@@ -107,6 +111,7 @@ def render(
             "background": background,
             "unlit": unlit,
             "floor": floor,
+            "memory": memory,
             "threads": threads,
         }
     )

@@ -37,6 +37,7 @@ pub mod pairing;
 pub mod recognition;
 pub mod render;
 pub mod report;
+mod scene_memory;
 pub mod selfie;
 pub mod skin;
 pub mod view;

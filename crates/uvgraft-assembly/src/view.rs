@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use uvgraft_gltf::scene::{PoseRequest, Scene, whole};
+use uvgraft_gltf::scene::{PoseRequest, Scene, whole_within};
 use uvgraft_io::image::{self, ImageError};
 use uvgraft_io::input::Input;
 use uvgraft_pipeline::{Blame, Failure, Result};
@@ -10,6 +10,7 @@ use uvgraft_render::Bounds;
 use uvgraft_viewer::{Glb, LookAt, PAGE, Page, Picture, Template};
 
 use crate::render::Aim;
+use crate::scene_memory::Bound;
 
 /// A request for one HTML page that holds an avatar and a viewer, and works offline.
 #[derive(Debug, Clone)]
@@ -23,16 +24,22 @@ pub struct ViewRequest {
     pub textures: Vec<Input>,
     /// Initial target of the camera; by default the whole model.
     pub look_at: Option<Aim>,
+    /// Bound on the memory of the process, in bytes: a file that could exceed it is refused. By default a file may
+    /// take memory by its size, a gibibyte and 200 times as much.
+    pub memory: Option<u64>,
 }
 
 /// Browsers limit strings to about half a gigabyte, and base64 is a third longer than its input.
 const MAX_MODEL_BYTES: u64 = 256 << 20;
 const MAX_TEXTURE_BYTES: u64 = 64 << 20;
 
+/// Memory for the page without what it shows: the viewer has less than a megabyte.
+const PAGE_BYTES: u64 = 8 << 20;
+
 impl ViewRequest {
     /// A request for a page without other textures.
     pub fn new(avatar: impl Into<Input>) -> Self {
-        Self { avatar: avatar.into(), textures: Vec::new(), look_at: None }
+        Self { avatar: avatar.into(), textures: Vec::new(), look_at: None, memory: None }
     }
 
     /// Checks that this build has a viewer.
@@ -56,7 +63,8 @@ impl ViewRequest {
     pub fn make(&self) -> Result<Vec<u8>> {
         let template = Template::new(template()?).or_work()?;
         // Whole and uncompressed, so that the page needs neither files next to it nor decoders.
-        let bytes = whole(&self.avatar).or_input()?;
+        let bound = Bound::new(self.memory, 0);
+        let bytes = bound.loaded(whole_within(&self.avatar, bound.budget()))?;
         if bytes.len() as u64 > MAX_MODEL_BYTES {
             let (name, found) = (&self.avatar, bytes.len());
             return Err(Failure::input(format!(
@@ -67,7 +75,9 @@ impl ViewRequest {
             |failure: Failure| failure.context(format_args!("cannot show {}", self.avatar));
         let model = Glb::new(&bytes).or_input().map_err(in_model)?;
         // What the renderer rejects, the viewer cannot show either.
-        let scene = Scene::read(&bytes).or_input().map_err(in_model)?;
+        // The page has it in base64, a third longer.
+        let bound = Bound::new(self.memory, PAGE_BYTES + 2 * bytes.len() as u64);
+        let scene = bound.read(Scene::read_within(&bytes, bound.budget())).map_err(in_model)?;
         let look_at = match &self.look_at {
             Some(Aim::Named(name)) => {
                 scene.extent(name, &PoseRequest::default()).or_input().map_err(in_model)?;
@@ -78,6 +88,7 @@ impl ViewRequest {
             }
             Some(Aim::Shot(_)) | None => None,
         };
+        drop(scene);
         let files = self
             .textures
             .iter()
@@ -91,7 +102,9 @@ impl ViewRequest {
             files.iter().map(|(input, name, bytes)| Ok((&**name, picture(input, bytes)?)));
         let textures = textures.collect::<Result<Vec<_>>>()?;
         let page = Page { name: &file_name(&self.avatar), model, textures, look_at };
-        let mut html = Vec::new();
+        let pictures = textures.iter().map(|(_, picture)| picture.bytes().len());
+        let embedded = bytes.len() + pictures.sum::<usize>();
+        let mut html = Vec::with_capacity(embedded / 3 * 4 + PAGE_BYTES as usize);
         page.write(&template, &mut html).or_work()?;
         Ok(html)
     }

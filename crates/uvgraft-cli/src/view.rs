@@ -8,7 +8,7 @@ use anyhow::Context;
 use uvgraft_assembly::render::Aim;
 use uvgraft_assembly::{Input, ViewRequest};
 use uvgraft_io::output;
-use uvgraft_pipeline::Outputs;
+use uvgraft_pipeline::{Outputs, parse_memory};
 
 use crate::failure::{bad_input, note};
 use crate::terminal;
@@ -37,6 +37,11 @@ pub(crate) struct Args {
     /// metres.
     #[arg(long, value_name = "BONE|X0,Y0,Z0,X1,Y1,Z1", value_parser = Aim::parse, allow_hyphen_values = true)]
     look_at: Option<Aim>,
+    /// Bound on memory, such as 500M or 4G [default: 1G and 200 times the size of the avatar]
+    ///
+    /// An avatar that could exceed it is refused.
+    #[arg(long, value_name = "SIZE", value_parser = parse_memory, allow_negative_numbers = true)]
+    memory: Option<u64>,
     /// Write the file without opening it
     #[arg(long)]
     no_open: bool,
@@ -47,6 +52,7 @@ pub(crate) fn run(args: &Args) -> anyhow::Result<ExitCode> {
     request.check()?;
     request.textures = args.textures.iter().map(Into::into).collect();
     request.look_at.clone_from(&args.look_at);
+    request.memory = args.memory;
     let output = args.output.clone().unwrap_or_else(|| args.model.with_extension("html"));
     if !output.extension().is_some_and(|ending| {
         ["html", "htm"].iter().any(|wanted| ending.eq_ignore_ascii_case(wanted))

@@ -137,6 +137,31 @@ impl<E: std::error::Error> ReadError<E> {
     }
 }
 
+/// A file that another file refers to, by a path within its folder: where it is, and its length in bytes.
+///
+/// Nothing is opened, so that a pipe cannot make the reader wait.
+///
+/// - `folder`: the folder of the file that refers to it; may be empty for the current one.
+/// - `relative`: without `..`.
+///
+/// # Errors
+/// The system's; also for what is no regular file, and for links to what is not in the folder or below.
+pub fn find_within(folder: &Path, relative: &Path) -> io::Result<(PathBuf, u64)> {
+    let here = if folder.as_os_str().is_empty() { Path::new(".") } else { folder };
+    let path = folder.join(relative);
+    let meta = path.metadata()?;
+    if !meta.is_file() {
+        let found = if meta.is_dir() { "folder" } else { "pipe or a device" };
+        return Err(io::Error::other(format!("must be a file, but is a {found}")));
+    }
+    let found = path.canonicalize()?;
+    if !found.starts_with(here.canonicalize()?) {
+        let reason = "must be in the folder of the file that refers to it, or below, but is a link to a file elsewhere";
+        return Err(io::Error::other(reason));
+    }
+    Ok((found, meta.len()))
+}
+
 /// How a file of an unexpected format begins, as the end of an error message.
 ///
 /// - `start`: the first few bytes, or all if there are fewer.
@@ -197,6 +222,40 @@ mod tests {
         }
         assert_eq!(Input::from("a/b.png").path(), Some(Path::new("a/b.png")));
         assert_eq!(format!("{:?}", Input::bytes("x", [7; 99])), "Bytes { name: \"x\", len: 99 }");
+    }
+
+    #[cfg(unix)]
+    #[test]
+    fn what_files_refer_to_is_a_file_in_their_folder() {
+        use std::os::unix::fs::symlink;
+        let outer = tempfile::tempdir().unwrap();
+        let folder = outer.path().join("model");
+        std::fs::create_dir_all(folder.join("below")).unwrap();
+        for name in ["below/inner", "../outer"] {
+            std::fs::write(folder.join(name), b"12345").unwrap();
+        }
+        symlink("below/inner", folder.join("to_inner")).unwrap();
+        symlink("../outer", folder.join("to_outer")).unwrap();
+        symlink("..", folder.join("up")).unwrap();
+        symlink("/dev/null", folder.join("to_device")).unwrap();
+        // A folder may be reached by a link itself.
+        symlink("model", outer.path().join("linked")).unwrap();
+        for folder in [folder, outer.path().join("linked")] {
+            let found = |name: &str| {
+                let found = find_within(&folder, Path::new(name));
+                found.map(|(_, length)| length).map_err(|error| error.to_string())
+            };
+            assert_eq!((found("below/inner"), found("to_inner")), (Ok(5), Ok(5)));
+            for (name, reason) in [
+                ("to_outer", "a link to a file elsewhere"),
+                ("up/outer", "a link to a file elsewhere"),
+                ("to_device", "a pipe or a device"),
+                ("below", "a folder"),
+            ] {
+                assert!(found(name).unwrap_err().ends_with(reason), "{name}: {:?}", found(name));
+            }
+            assert!(found("none").is_err());
+        }
     }
 
     #[test]

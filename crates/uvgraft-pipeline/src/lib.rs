@@ -73,6 +73,7 @@ pub use layout_checks::{CheckedPair, LayoutChecks};
 pub use length::{Length, Unit};
 pub use manifest::Manifest;
 pub use material::{Role, Values};
+pub use memory::{check_memory, decoded_bytes, memory_taken, parse_memory};
 pub use non_finite::without_non_finite;
 pub use observer::{Event, Observer, OutputFigures};
 pub use outputs::Outputs;

@@ -45,6 +45,33 @@ fn in_use() -> u64 {
     kib.map_or(PROGRAM, |kib| kib << 10)
 }
 
+/// Memory that the process has now, and that its threads will need: what a bound on memory leaves none of.
+pub fn memory_taken() -> u64 {
+    in_use() + of_threads()
+}
+
+/// Bytes of a bound on memory such as 500M or 4G.
+///
+/// # Errors
+/// What it must be, for anything else.
+pub fn parse_memory(text: &str) -> std::result::Result<u64, String> {
+    let wanted = || "must be a size such as 500M or 4G".to_owned();
+    let (digits, unit) = match text.char_indices().last() {
+        Some((end, last)) if last.is_ascii_alphabetic() => (&text[..end], last),
+        _ => (text, 'B'),
+    };
+    let power = match unit.to_ascii_uppercase() {
+        'B' => 0,
+        'K' => 1,
+        'M' => 2,
+        'G' => 3,
+        'T' => 4,
+        _ => return Err(wanted()),
+    };
+    let number: u64 = digits.parse().map_err(|_| wanted())?;
+    number.checked_mul(1 << (10 * power)).filter(|&bytes| bytes > 0).ok_or_else(wanted)
+}
+
 impl Transfer {
     /// Checks that a batch can be within the bound, before its base is decoded and its blend
     /// prepared.
@@ -82,7 +109,7 @@ impl Transfer {
     pub(crate) fn budget(&self, base: &Base, unchanged: Option<&Unchanged>) -> Memory {
         let unchanged = unchanged.map_or(0, Unchanged::limit);
         let (limit, common) = match self.memory {
-            Some(bound) => (bound, in_use() + of_threads() + unchanged),
+            Some(bound) => (bound, memory_taken() + unchanged),
             None => (TOGETHER, base.bytes() + unchanged),
         };
         Memory::new(limit, common, self.memory.is_some())
@@ -102,7 +129,7 @@ fn of_threads() -> u64 {
 /// # Errors
 /// As bad input, with both numbers.
 pub fn check_memory(work: &str, bound: u64, needed: u64) -> Result<()> {
-    refuse_beyond(work, bound, in_use() + of_threads() + needed)
+    refuse_beyond(work, bound, memory_taken() + needed)
 }
 
 fn refuse_beyond(work: &str, bound: u64, needed: u64) -> Result<()> {

@@ -15,6 +15,7 @@ pub use self::camera::{Aim, Shot};
 use self::frames::Frame;
 pub use self::frames::MAX_FRAMES;
 pub use self::parse::{parse_background, parse_expression, parse_number};
+use crate::scene_memory::Bound;
 
 /// A request for pictures of a GLB, VRM or glTF file of any origin.
 #[derive(Debug, Clone)]
@@ -54,6 +55,9 @@ pub struct RenderRequest {
     pub unlit: bool,
     /// Whether there is a floor, with a shadow.
     pub floor: bool,
+    /// Bound on the memory of the process, in bytes: a file that could exceed it is refused. By default a file may
+    /// take memory by its size, a gibibyte and 200 times as much.
+    pub memory: Option<u64>,
     /// Whether pictures will have no partial opacity, as in a GIF: transparent ones then have no floor,
     /// whose shadow has soft edges.
     pub hard_edges: bool,
@@ -70,6 +74,11 @@ pub enum PoseOption {
 
 /// Longest side in pixels.
 const MAX_SIDE: u32 = 4096;
+
+/// Bytes of a picture while it is drawn and encoded, by pixel and for shadows and bands of samples; measured at
+/// 768×1024 and 4096².
+const PIXEL: u64 = 32;
+const PICTURE: u64 = 80 << 20;
 
 impl RenderRequest {
     /// A request with the defaults of all options: the whole model, from the front and somewhat above.
@@ -92,6 +101,7 @@ impl RenderRequest {
             background: None,
             unlit: false,
             floor: true,
+            memory: None,
             hard_edges: false,
         }
     }
@@ -102,7 +112,8 @@ impl RenderRequest {
     /// As bad input for a file that cannot be drawn, and for values outside of their ranges.
     pub fn open(&self) -> Result<Rendering> {
         self.check()?;
-        let scene = Scene::load(&self.avatar).or_input()?;
+        let bound = Bound::new(self.memory, PICTURE + self.size.texels() as u64 * PIXEL);
+        let scene = bound.loaded(Scene::load_within(&self.avatar, bound.budget()))?;
         let name = &self.avatar;
         if scene.triangles() == 0 {
             return Err(Failure::input(format!("{name}: no triangles to draw")));

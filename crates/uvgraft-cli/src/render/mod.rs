@@ -9,6 +9,7 @@ use std::process::ExitCode;
 use uvgraft::{Choice, Size};
 use uvgraft_assembly::RenderRequest;
 use uvgraft_assembly::render::{Aim, PoseOption, Shot, parse_background, parse_number};
+use uvgraft_pipeline::parse_memory;
 use uvgraft_render::Background;
 
 use self::options::Weight;
@@ -35,6 +36,12 @@ pub(crate) struct Args {
     #[arg(long, default_value = "768x1024", value_name = "N|WxH", value_parser = parse_size, allow_negative_numbers = true)]
     #[arg(help_heading = heading::FILES)]
     size: Size,
+    /// Bound on memory, such as 500M or 4G [default: 1G and 200 times the size of the avatar]
+    ///
+    /// An avatar that could exceed it is refused.
+    #[arg(long, value_name = "SIZE", value_parser = parse_memory, allow_negative_numbers = true)]
+    #[arg(help_heading = heading::FILES)]
+    memory: Option<u64>,
     /// Framing of the model
     #[arg(long, value_name = "SHOT", value_parser = choice::<Shot>())]
     #[arg(default_value = Shot::Body.name(), help_heading = heading::CAMERA)]
@@ -147,6 +154,7 @@ impl Args {
         request.background = self.background;
         request.unlit = self.unlit;
         request.floor = !self.no_floor;
+        request.memory = self.memory;
         request.hard_edges = output::is_gif(&self.output);
         request
     }

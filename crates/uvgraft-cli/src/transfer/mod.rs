@@ -175,7 +175,7 @@ pub(crate) struct Args {
     ///
     /// Fewer textures than --jobs are processed in parallel where they would exceed the bound, and a
     /// transfer that could exceed it alone is refused. Without this option it is processed alone.
-    #[arg(long, value_name = "SIZE", value_parser = parse_bytes, allow_negative_numbers = true)]
+    #[arg(long, value_name = "SIZE", value_parser = parse_memory, allow_negative_numbers = true)]
     #[arg(help_heading = heading::BATCHES)]
     memory: Option<u64>,
     /// Output format for several textures [default: each source's format]
@@ -191,24 +191,6 @@ pub(crate) struct Args {
 }
 
 /// Parses a number of bytes, with K, M, G or T for powers of 1024.
-fn parse_bytes(text: &str) -> Result<u64, String> {
-    let wanted = || "must be a size such as 500M or 4G".to_owned();
-    let (digits, unit) = match text.char_indices().last() {
-        Some((end, last)) if last.is_ascii_alphabetic() => (&text[..end], last),
-        _ => (text, 'B'),
-    };
-    let power = match unit.to_ascii_uppercase() {
-        'B' => 0,
-        'K' => 1,
-        'M' => 2,
-        'G' => 3,
-        'T' => 4,
-        _ => return Err(wanted()),
-    };
-    let number: u64 = digits.parse().map_err(|_| wanted())?;
-    number.checked_mul(1 << (10 * power)).filter(|&bytes| bytes > 0).ok_or_else(wanted)
-}
-
 fn parse_format(text: &str) -> Result<String, String> {
     let extension = text.strip_prefix('.').unwrap_or(text);
     Format::from_extension(extension)

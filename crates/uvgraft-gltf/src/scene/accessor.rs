@@ -3,20 +3,16 @@
 //! # Source
 //! Khronos, "glTF 2.0 Specification", section 3.6, "Binary Data Storage".
 
-use std::borrow::Cow;
-
+use super::asset::Bytes;
+use super::budget::MAX_NUMBERS;
 use super::check::{find, too_many};
 use super::document::{Accessor, Document};
 use super::error::SceneError;
 
-/// Limit of numbers decoded from one file: 1 GiB of floats. Needed since arrays may be referenced
-/// many times.
-const MAX_NUMBERS: u64 = 1 << 28;
-
 /// A file's arrays.
 pub(super) struct Accessors<'a> {
     document: &'a Document,
-    buffers: &'a [Cow<'a, [u8]>],
+    buffers: &'a [Bytes<'a>],
     decoded: u64,
 }
 
@@ -98,7 +94,7 @@ impl<'a> Strided<'a> {
 type Replacements<'a> = (Vec<u32>, Strided<'a>);
 
 impl<'a> Accessors<'a> {
-    pub const fn new(document: &'a Document, buffers: &'a [Cow<'a, [u8]>]) -> Self {
+    pub const fn new(document: &'a Document, buffers: &'a [Bytes<'a>]) -> Self {
         Self { document, buffers, decoded: 0 }
     }
 

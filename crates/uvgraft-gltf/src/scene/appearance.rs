@@ -4,6 +4,7 @@ use uvgraft::Texture;
 
 use super::accessor::Accessors;
 use super::asset::Asset;
+use super::budget::Demand;
 use super::document::{self, TextureInfo};
 use super::error::SceneError;
 use super::images::Images;
@@ -42,6 +43,28 @@ impl UvSource {
             }
         }
         Ok(Self { set, transform: None })
+    }
+
+    /// The different sources of all textures of a material, at least one; those that cannot be read are left
+    /// out.
+    pub fn of_all(material: &document::Material) -> Vec<Self> {
+        let older = material.extensions.specular_glossiness.as_ref();
+        let textures = [
+            base_color_texture(material),
+            material.emissive_texture.as_ref(),
+            material.normal_texture.as_ref(),
+            material.occlusion_texture.as_ref(),
+            older.and_then(|older| older.specular_glossiness_texture.as_ref()),
+        ];
+        let mut sources = Vec::new();
+        for info in textures.into_iter().flatten() {
+            if let Ok(source) = Self::of(info, "")
+                && !sources.contains(&source)
+            {
+                sources.push(source);
+            }
+        }
+        if sources.is_empty() { vec![Self::default()] } else { sources }
     }
 
     /// Where the base colour of a material finds its coordinates; the first set without a texture.
@@ -103,8 +126,9 @@ pub(super) struct Appearance {
 pub(super) fn appearance<'c>(
     asset: &Asset<'c>,
     accessors: &Accessors<'c>,
+    demand: Demand,
 ) -> Result<Appearance, SceneError> {
-    let mut images = Images::default();
+    let mut images = Images::new(demand);
     let (mut materials, mut uv_sources) = (Vec::new(), Vec::new());
     for (index, material) in asset.document.materials.iter().enumerate() {
         let place = format!("material {index}");
@@ -117,6 +141,7 @@ pub(super) fn appearance<'c>(
     }
     materials.push(Material::default());
     uv_sources.push(vec![UvSource::default()]);
+    images.demand().check()?;
     Ok(Appearance { materials, uv_sources, textures: images.decode()? })
 }
 
@@ -134,13 +159,13 @@ fn read(
     let cutoff = material.alpha_cutoff.unwrap_or(0.5);
     textures.finite(&[&color[..], &emissive, &[cutoff]].concat())?;
     // The base colour texture is read first, so its UV source has index 0.
-    let texture = textures.used(base_color_texture(material))?;
+    let texture = textures.used(base_color_texture(material), false)?;
     Ok(Material {
         name: material.name.clone().unwrap_or_default(),
         color,
         texture,
         emissive,
-        emissive_texture: textures.used(material.emissive_texture.as_ref())?,
+        emissive_texture: textures.used(material.emissive_texture.as_ref(), false)?,
         normal: textures.scaled(material.normal_texture.as_ref(), |info| info.scale)?,
         occlusion: textures.scaled(material.occlusion_texture.as_ref(), |info| info.strength)?,
         gloss: older.map(|older| gloss(older, textures)).transpose()?,
@@ -157,7 +182,7 @@ fn gloss(
     let specular = older.specular_factor.unwrap_or([1.0; 3]);
     let glossiness = older.glossiness_factor.unwrap_or(1.0);
     textures.finite(&[&specular[..], &[glossiness]].concat())?;
-    let texture = textures.used(older.specular_glossiness_texture.as_ref())?;
+    let texture = textures.used(older.specular_glossiness_texture.as_ref(), false)?;
     Ok(SpecularGloss { specular, glossiness, texture })
 }
 
@@ -183,9 +208,15 @@ struct MaterialTextures<'a, 'c> {
 }
 
 impl MaterialTextures<'_, '_> {
-    fn used(&mut self, info: Option<&TextureInfo>) -> Result<Option<TextureUse>, SceneError> {
+    /// - `is_data`: whether the texture has numbers instead of colours.
+    fn used(
+        &mut self,
+        info: Option<&TextureInfo>,
+        is_data: bool,
+    ) -> Result<Option<TextureUse>, SceneError> {
         let Some(info) = info else { return Ok(None) };
-        let found = self.images.use_of(info.index, &self.place, self.asset, self.accessors)?;
+        let texture = (info.index, is_data);
+        let found = self.images.use_of(texture, &self.place, self.asset, self.accessors)?;
         let Some(found) = found else { return Ok(None) };
         let source = UvSource::of(info, &self.place)?;
         let known = self.sources.iter().position(|known| *known == source);
@@ -203,7 +234,7 @@ impl MaterialTextures<'_, '_> {
     ) -> Result<Option<ScaledTexture>, SceneError> {
         let scale = info.and_then(scale).unwrap_or(1.0);
         self.finite(&[scale])?;
-        Ok(self.used(info)?.map(|texture| ScaledTexture { texture, scale }))
+        Ok(self.used(info, true)?.map(|texture| ScaledTexture { texture, scale }))
     }
 
     fn finite(&self, values: &[f32]) -> Result<(), SceneError> {

@@ -3,28 +3,47 @@
 //! # Source
 //! Khronos, "glTF 2.0 Specification", sections 2.7 (asset), 3.6 (buffers) and 3.8 (images).
 
-use std::borrow::Cow;
+use std::cell::RefCell;
+use std::collections::HashMap;
+use std::fmt::Display;
+use std::ops::Deref;
 use std::path::{Component, Path, PathBuf};
+use std::sync::Arc;
 
 use base64::Engine as _;
 use base64::engine::general_purpose::STANDARD;
-use uvgraft_io::input::Input;
+use uvgraft_io::input::{Input, ReadError, find_within};
 
+use super::budget::{
+    Budget, Demand, MAX_BYTES, MAX_EXTERNAL_BYTES, MAX_JSON_BYTES, MAX_OBJECTS, Purpose,
+};
 use super::check::too_many;
 use super::document::Document;
 use super::error::SceneError;
 use crate::container::{Glb, is_glb};
 
-/// Size limit of a file, and of each external file, in bytes.
-pub(super) const MAX_BYTES: u64 = 1 << 30;
-/// Size limit of the JSON, in bytes: files with embedded buffers have hundreds of megabytes.
-const MAX_JSON_BYTES: u64 = 1 << 29;
-/// Limit of objects in the JSON, each of which takes a few hundred bytes in memory.
-const MAX_OBJECTS: u64 = 1 << 20;
+/// Bytes that an object of the JSON takes, with what is made of it: those of materials are the largest.
+const OBJECT: u64 = 2 << 10;
+/// Bytes that an element of a list or an object of the JSON takes: names take most.
+const ELEMENT: u64 = 64;
 
 /// The folder of a file's external files; bytes have none.
 pub(super) fn folder_of(input: &Input) -> Option<&Path> {
     input.path().map(|path| path.parent().unwrap_or(Path::new("")))
+}
+
+/// Reads a file and parses it, with its folder, unless it alone exceeds the budget.
+pub(super) fn parse_within<T>(
+    input: &Input,
+    budget: Budget,
+    parse: impl FnOnce(&[u8], Option<&Path>) -> Result<T, SceneError>,
+) -> Result<T, ReadError<SceneError>> {
+    let length = input.path().and_then(|path| path.metadata().ok()).map_or(0, |meta| meta.len());
+    let mut demand = Demand::new(budget);
+    demand.store(length.min(MAX_BYTES));
+    let named = |reason| ReadError::Content { path: input.name().to_owned(), reason };
+    demand.check().map_err(named)?;
+    input.parse(MAX_BYTES, |bytes| parse(bytes, folder_of(input)))
 }
 
 /// A file split into its parts. Their contents are not validated yet.
@@ -36,23 +55,64 @@ pub(super) struct Asset<'a> {
     binary: Option<&'a [u8]>,
     /// Folder of external files; without it, they are not read.
     folder: Option<&'a Path>,
+    /// What the file asks for.
+    demand: RefCell<Demand>,
+    /// External files that were read.
+    external: RefCell<External>,
+}
+
+#[derive(Default)]
+struct External {
+    files: HashMap<PathBuf, Arc<Vec<u8>>>,
+    bytes: u64,
+}
+
+/// Bytes of a part of the file, or those of an external file or of data in the JSON, which those who use
+/// them share.
+#[derive(Clone)]
+pub(super) enum Bytes<'a> {
+    Part(&'a [u8]),
+    Shared(Arc<Vec<u8>>),
+}
+
+impl Deref for Bytes<'_> {
+    type Target = [u8];
+
+    fn deref(&self) -> &[u8] {
+        match self {
+            Self::Part(bytes) => bytes,
+            Self::Shared(bytes) => bytes,
+        }
+    }
+}
+
+impl From<Vec<u8>> for Bytes<'_> {
+    fn from(bytes: Vec<u8>) -> Self {
+        Self::Shared(Arc::new(bytes))
+    }
 }
 
 impl<'a> Asset<'a> {
-    pub fn new(bytes: &'a [u8], folder: Option<&'a Path>) -> Result<Self, SceneError> {
-        Self::accepting(bytes, folder, is_supported)
+    pub fn new(
+        bytes: &'a [u8],
+        folder: Option<&'a Path>,
+        budget: Budget,
+    ) -> Result<Self, SceneError> {
+        Self::accepting(bytes, folder, budget, is_supported)
     }
 
     /// As [`Asset::new`], also for files whose textures or materials are not supported.
     pub fn for_geometry(bytes: &'a [u8], folder: Option<&'a Path>) -> Result<Self, SceneError> {
         let of_looks = |name: &str| name.contains("_texture_") || name.contains("_materials_");
-        Self::accepting(bytes, folder, |name| is_supported(name) || of_looks(name))
+        let accepts = |name: &str| is_supported(name) || of_looks(name);
+        Self::accepting(bytes, folder, Budget::default(), accepts)
     }
 
     /// - `accepts`: whether a required extension is accepted.
     fn accepting(
         bytes: &'a [u8],
         folder: Option<&'a Path>,
+        budget: Budget,
         accepts: impl Fn(&str) -> bool,
     ) -> Result<Self, SceneError> {
         let (json, binary) = if is_glb(bytes) {
@@ -62,8 +122,15 @@ impl<'a> Asset<'a> {
             (json(bytes)?, None)
         };
         too_many("bytes of JSON", json.len() as u64, MAX_JSON_BYTES)?;
-        let objects = json.iter().filter(|&&byte| byte == b'{').count() as u64;
+        let count = |wanted: u8| json.iter().filter(|&&byte| byte == wanted).count() as u64;
+        let (objects, elements) = (count(b'{'), count(b','));
         too_many("objects in the JSON", objects, MAX_OBJECTS)?;
+        let mut demand = Demand::new(budget);
+        demand.store(bytes.len() as u64);
+        demand.add(Purpose::Structure, objects, OBJECT);
+        demand.add(Purpose::Structure, elements, ELEMENT);
+        demand.add(Purpose::Structure, json.len() as u64, 1);
+        demand.check()?;
         let document: Document = serde_json::from_slice(json)?;
         if !document.asset.version.starts_with("2.") {
             let reason = format!("version must be 2.0, got {:?}", document.asset.version);
@@ -72,25 +139,30 @@ impl<'a> Asset<'a> {
         if let Some(name) = document.extensions_required.iter().find(|name| !accepts(name)) {
             return Err(SceneError::extension(name));
         }
-        Ok(Self { document, json, binary, folder })
+        let (demand, external) = (RefCell::new(demand), RefCell::default());
+        Ok(Self { document, json, binary, folder, demand, external })
+    }
+
+    /// What the file asks for so far: itself and its external files.
+    pub fn demand(&self) -> Demand {
+        self.demand.borrow().clone()
     }
 
     /// The bytes of every buffer, at least as many as declared.
-    pub fn buffers(&self) -> Result<Vec<Cow<'a, [u8]>>, SceneError> {
+    pub fn buffers(&self) -> Result<Vec<Bytes<'a>>, SceneError> {
         let stand_ins = self.stand_ins();
-        let mut total = 0;
         let mut buffers = Vec::new();
         for (index, buffer) in self.document.buffers.iter().enumerate() {
             let place = || format!("buffer {index}");
             if stand_ins[index] {
-                buffers.push(Cow::Borrowed(&[][..]));
+                buffers.push(Bytes::Part(&[]));
                 continue;
             }
             let bytes = match (&buffer.uri, self.binary) {
                 (Some(uri), _) => {
                     self.resource(uri).map_err(|why| SceneError::content(place(), why))?
                 }
-                (None, Some(binary)) if index == 0 => Cow::Borrowed(binary),
+                (None, Some(binary)) if index == 0 => Bytes::Part(binary),
                 (None, _) => {
                     return Err(SceneError::content(place(), "must have a URI or a binary chunk"));
                 }
@@ -100,8 +172,6 @@ impl<'a> Asset<'a> {
                 let reason = format!("must have {wanted} bytes, got {found}");
                 return Err(SceneError::content(place(), reason));
             }
-            total += bytes.len() as u64;
-            too_many("bytes of buffers", total, 2 * MAX_BYTES)?;
             buffers.push(bytes);
         }
         Ok(buffers)
@@ -134,24 +204,45 @@ impl<'a> Asset<'a> {
     }
 
     /// Resolves a URI: embedded data, or an external file in the folder.
-    pub fn resource(&self, uri: &str) -> Result<Cow<'a, [u8]>, String> {
+    pub fn resource(&self, uri: &str) -> Result<Bytes<'a>, String> {
         if let Some(data) = uri.strip_prefix("data:") {
             let (kind, text) = data.split_once(',').ok_or("data URI without a comma")?;
             if !kind.ends_with(";base64") {
                 return Err("data URI must be base64".to_owned());
             }
             let decoded = STANDARD.decode(text);
-            return decoded.map(Cow::Owned).map_err(|error| format!("invalid data URI: {error}"));
+            self.demand.borrow_mut().add(Purpose::Structure, text.len() as u64, 1);
+            return decoded.map(Bytes::from).map_err(|error| format!("invalid data URI: {error}"));
         }
         let folder = self
             .folder
             .ok_or_else(|| format!("refers to the external file {:?}", shortened(uri)))?;
-        let path = folder.join(relative_path(uri)?);
+        let path = relative_path(uri)?;
         // Some exporters write names as they are, in which `%20` is not a blank.
-        let literal = folder.join(uri);
-        let is_literal = uri.contains('%') && !path.is_file() && literal.is_file();
-        let path = if is_literal { literal } else { path };
-        read(&path).map(Cow::Owned).map_err(|error| format!("{}: {error}", path.display()))
+        let is_file = |path: &Path| folder.join(path).is_file();
+        let is_literal = uri.contains('%') && !is_file(&path) && is_file(Path::new(uri));
+        let path = if is_literal { PathBuf::from(uri) } else { path };
+        let named = |why: &dyn Display| format!("{}: {why}", folder.join(&path).display());
+        let (found, length) = find_within(folder, &path).map_err(|error| named(&error))?;
+        if let Some(known) = self.external.borrow().files.get(&found) {
+            return Ok(Bytes::Shared(Arc::clone(known)));
+        }
+        self.admit(length).map_err(|error| named(&error))?;
+        let file = Input::from(&found);
+        let bytes = Arc::new(file.read(length).map_err(|error| named(&error))?.into_owned());
+        self.external.borrow_mut().files.insert(found, Arc::clone(&bytes));
+        Ok(Bytes::Shared(bytes))
+    }
+
+    /// Counts an external file that is about to be read.
+    fn admit(&self, length: u64) -> Result<(), SceneError> {
+        too_many("bytes", length, MAX_BYTES)?;
+        let mut external = self.external.borrow_mut();
+        external.bytes += length;
+        too_many("bytes in external files", external.bytes, MAX_EXTERNAL_BYTES)?;
+        let mut demand = self.demand.borrow_mut();
+        demand.store(length);
+        demand.check()
     }
 }
 
@@ -255,20 +346,6 @@ fn shortened(uri: &str) -> String {
     if uri.chars().count() <= MAX { uri.to_owned() } else { uri.chars().take(MAX).collect() }
 }
 
-fn read(path: &Path) -> std::io::Result<Vec<u8>> {
-    use std::io::Read as _;
-    let file = std::fs::File::open(path)?;
-    if !file.metadata()?.is_file() {
-        return Err(std::io::Error::other("not a regular file"));
-    }
-    let mut bytes = Vec::new();
-    file.take(MAX_BYTES + 1).read_to_end(&mut bytes)?;
-    if bytes.len() as u64 > MAX_BYTES {
-        return Err(std::io::Error::other(format!("must have at most {MAX_BYTES} bytes")));
-    }
-    Ok(bytes)
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -316,17 +393,18 @@ mod tests {
         {
             let chunk = [before.as_bytes(), json, after.as_bytes()].concat();
             let glb = Glb::write(&chunk, &[]).unwrap();
-            let found = Asset::new(&glb, None).map(|asset| asset.json.to_vec());
+            let found = Asset::new(&glb, None, Budget::default()).map(|asset| asset.json.to_vec());
             assert_eq!(found.unwrap(), json, "{chunk:?}");
         }
         let glb = Glb::write(b"\0\0\0\0", &[]).unwrap();
-        assert!(Asset::new(&glb, None).is_err_and(|error| error.to_string().contains("JSON")));
+        let found = Asset::new(&glb, None, Budget::default());
+        assert!(found.is_err_and(|error| error.to_string().contains("JSON")));
     }
 
     #[test]
     fn unsupported_required_extensions_are_named() {
         let json = br#"{"asset":{"version":"2.0"},"extensionsRequired":["EXT_mesh_of_fog"]}"#;
-        let error = Asset::new(json, None).err().map(|error| error.to_string());
+        let error = Asset::new(json, None, Budget::default()).err().map(|error| error.to_string());
         let wanted = ["EXT_mesh_of_fog", "gltf-transform"];
         assert!(error.is_some_and(|error| wanted.iter().all(|wanted| error.contains(wanted))));
     }

@@ -3,6 +3,9 @@
 //! # Source
 //! Khronos, "glTF 2.0 Specification", section 3.11 and appendix C, "Interpolation Modes".
 
+use std::collections::HashMap;
+use std::sync::Arc;
+
 use super::accessor::Accessors;
 use super::check::find;
 use super::document::{Document, Sampler};
@@ -27,9 +30,9 @@ pub(super) struct Channel {
     pub path: Path,
     interpolation: Interpolation,
     /// Key times in ascending order, at least one.
-    times: Vec<f32>,
+    times: Arc<[f32]>,
     /// `width` numbers for each key; three times as many for cubic splines.
-    values: Vec<f32>,
+    values: Arc<[f32]>,
     width: usize,
 }
 
@@ -60,7 +63,7 @@ pub(super) fn clips(
     accessors: &mut Accessors<'_>,
     targets: &[usize],
 ) -> Result<Vec<Clip>, SceneError> {
-    let mut clips = Vec::new();
+    let (mut clips, mut arrays) = (Vec::new(), KeyArrays::new(accessors));
     for (index, animation) in document.animations.iter().enumerate() {
         let mut clip = Clip {
             name: animation.name.clone().unwrap_or_default(),
@@ -76,7 +79,7 @@ pub(super) fn clips(
             let &targets = find(targets, node, "node", &place)?;
             let sampler = find(&animation.samplers, channel.sampler, "sampler", &place)?;
             let width = path.width(targets);
-            let keys = Keys::read(sampler, path, width, accessors, &place)?;
+            let keys = Keys::read(sampler, path, width, &mut arrays, &place)?;
             let Some(Keys { interpolation, times, values }) = keys else {
                 clip.channels_without_keys += 1;
                 continue;
@@ -102,6 +105,15 @@ impl Path {
         })
     }
 
+    /// Components of an element of its values.
+    const fn components(self) -> usize {
+        match self {
+            Self::Translation | Self::Scale => 3,
+            Self::Rotation => 4,
+            Self::Weights => 1,
+        }
+    }
+
     /// Numbers at each key.
     ///
     /// - `targets`: number of the node's morph targets.
@@ -114,12 +126,57 @@ impl Path {
     }
 }
 
+/// Times and values that channels share: many move by the same times.
+struct KeyArrays<'k, 'a> {
+    accessors: &'k mut Accessors<'a>,
+    times: HashMap<u32, Arc<[f32]>>,
+    /// By accessor and width.
+    values: HashMap<(u32, usize), Arc<[f32]>>,
+}
+
+impl<'k, 'a> KeyArrays<'k, 'a> {
+    fn new(accessors: &'k mut Accessors<'a>) -> Self {
+        Self { accessors, times: HashMap::new(), values: HashMap::new() }
+    }
+
+    /// Times in ascending order.
+    fn times(&mut self, index: u32, place: &str) -> Result<Arc<[f32]>, SceneError> {
+        if let Some(known) = self.times.get(&index) {
+            return Ok(Arc::clone(known));
+        }
+        let times: Arc<[f32]> = self.accessors.floats::<1>(index, None)?.concat().into();
+        if let Some(at) = (1..times.len()).find(|&k| times[k] < times[k - 1]) {
+            let (before, after) = (times[at - 1], times[at]);
+            let reason =
+                format!("times must increase, got {before} and then {after} at index {at}");
+            return Err(SceneError::content(place, reason));
+        }
+        self.times.insert(index, Arc::clone(&times));
+        Ok(times)
+    }
+
+    fn values(&mut self, index: u32, path: Path) -> Result<Arc<[f32]>, SceneError> {
+        let key = (index, path.components());
+        if let Some(known) = self.values.get(&key) {
+            return Ok(Arc::clone(known));
+        }
+        let values: Arc<[f32]> = match path {
+            Path::Translation | Path::Scale => self.accessors.floats::<3>(index, None)?.concat(),
+            Path::Rotation => self.accessors.floats::<4>(index, None)?.concat(),
+            Path::Weights => self.accessors.floats::<1>(index, None)?.concat(),
+        }
+        .into();
+        self.values.insert(key, Arc::clone(&values));
+        Ok(values)
+    }
+}
+
 /// What a sampler interpolates.
 struct Keys {
     interpolation: Interpolation,
     /// At least one.
-    times: Vec<f32>,
-    values: Vec<f32>,
+    times: Arc<[f32]>,
+    values: Arc<[f32]>,
 }
 
 impl Keys {
@@ -128,7 +185,7 @@ impl Keys {
         sampler: &Sampler,
         path: Path,
         width: usize,
-        accessors: &mut Accessors<'_>,
+        arrays: &mut KeyArrays<'_, '_>,
         place: &str,
     ) -> Result<Option<Self>, SceneError> {
         let interpolation = match sampler.interpolation.as_deref() {
@@ -142,21 +199,11 @@ impl Keys {
             }
         };
         let (Some(input), Some(output)) = (sampler.input, sampler.output) else { return Ok(None) };
-        let times: Vec<f32> = accessors.floats::<1>(input, None)?.concat();
+        let times = arrays.times(input, place)?;
         if times.is_empty() {
             return Ok(None);
         }
-        if let Some(at) = (1..times.len()).find(|&k| times[k] < times[k - 1]) {
-            let (before, after) = (times[at - 1], times[at]);
-            let reason =
-                format!("times must increase, got {before} and then {after} at index {at}");
-            return Err(SceneError::content(place, reason));
-        }
-        let values = match path {
-            Path::Translation | Path::Scale => accessors.floats::<3>(output, None)?.concat(),
-            Path::Rotation => accessors.floats::<4>(output, None)?.concat(),
-            Path::Weights => accessors.floats::<1>(output, None)?.concat(),
-        };
+        let values = arrays.values(output, path)?;
         let a_key = if interpolation == Interpolation::Cubic { 3 * width } else { width };
         let wanted = times.len() * a_key;
         if values.len() != wanted {
@@ -242,8 +289,8 @@ mod tests {
             node: 0,
             path: Path::Weights,
             interpolation,
-            times,
-            values: values.to_vec(),
+            times: times.into(),
+            values: values.into(),
             width: 1,
         }
     }

@@ -3,6 +3,7 @@
 use uvgraft_io::image::ImageError;
 use uvgraft_io::input::beginning;
 
+use super::budget::Shares;
 use crate::container::ContainerError;
 
 /// Why bytes were refused as a scene.
@@ -46,6 +47,12 @@ pub enum SceneError {
         found: u64,
         /// The limit.
         max: u64,
+    },
+    /// The file asks for more memory than it may take; detected before anything is unpacked.
+    #[error("{shares}")]
+    Memory {
+        /// What it asks for.
+        shares: Shares,
     },
     /// An embedded image was refused.
     #[error("image {index}: {reason}")]

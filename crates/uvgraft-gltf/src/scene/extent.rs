@@ -1,5 +1,7 @@
 //! The extent of a bone or a node, for framing a camera.
 
+use std::collections::{HashMap, HashSet};
+
 use super::{PoseRequest, PoseRequestError, Scene};
 
 /// Bones that start a separate body part, by VRM name; `left` stands for both sides. Other bones,
@@ -42,17 +44,19 @@ impl Scene {
         let own = self.part(target);
         let drawn = self.pose(posing)?;
         let mut pieces = drawn.iter();
-        let mut points = Vec::new();
+        let (mut points, mut of_skins) = (Vec::new(), HashMap::new());
         for &index in &self.shown {
             let node = &self.nodes[index];
             let Some(mesh) = node.mesh else { continue };
-            let is_own: Option<Vec<bool>> = node
-                .skin
-                .map(|skin| self.skins[skin].joints.iter().map(|&joint| own[joint]).collect());
+            let own_joints = |skin: usize| -> Vec<bool> {
+                self.skins[skin].joints.iter().map(|&joint| own[joint]).collect()
+            };
+            let is_own =
+                node.skin.map(|skin| &*of_skins.entry(skin).or_insert_with(|| own_joints(skin)));
             let primitives = &self.meshes[mesh].primitives;
             let all = node.instances().iter().flat_map(|_| primitives);
             for (primitive, piece) in all.zip(&mut pieces) {
-                let moved = |vertex: usize| match (&is_own, &primitive.influences) {
+                let moved = |vertex: usize| match (is_own, &primitive.influences) {
                     (Some(is_own), Some(influences)) => {
                         let entries = influences.of(vertex).iter();
                         let share: f32 = entries
@@ -75,15 +79,15 @@ impl Scene {
 
     /// Mask of a node and its descendants; for a bone, without those in other body parts.
     fn part(&self, target: usize) -> Vec<bool> {
-        let is_part = |node: usize| {
-            let starts = |name: &str| self.bones.get(name) == Some(&node);
-            PARTS.iter().any(|name| starts(name) || starts(&name.replace("left", "right")))
-        };
+        let names =
+            PARTS.iter().flat_map(|name| [(*name).to_owned(), name.replace("left", "right")]);
+        let starts: HashSet<usize> =
+            names.filter_map(|name| self.bones.get(&name).copied()).collect();
         let is_bone = self.bones.values().any(|&node| node == target);
         let mut own = vec![false; self.nodes.len()];
         for &node in &self.order {
             let above = self.nodes[node].parent.is_some_and(|parent| own[parent]);
-            own[node] = node == target || (above && !(is_bone && is_part(node)));
+            own[node] = node == target || (above && !(is_bone && starts.contains(&node)));
         }
         own
     }

@@ -9,9 +9,7 @@ use super::accessor::Accessors;
 use super::appearance::UvSource;
 use super::document::{self, Document};
 use super::error::SceneError;
-
-/// Limit of vertices in a primitive.
-const MAX_VERTICES: u64 = 1 << 24;
+use super::shared::SharedArrays;
 
 /// The mesh of a node: primitives with one material each, and common morph weights.
 #[derive(Debug)]
@@ -26,7 +24,7 @@ pub(crate) struct Mesh {
 /// Triangles with one material.
 #[derive(Debug)]
 pub(crate) struct Primitive {
-    pub positions: Vec<Vec3>,
+    pub positions: Arc<[Vec3]>,
     pub normals: Normals,
     pub uv: Arc<[[f32; 2]]>,
     /// Further texture coordinates, for textures that have their own.
@@ -35,24 +33,27 @@ pub(crate) struct Primitive {
     pub colors: Option<Arc<[[f32; 4]]>>,
     pub triangles: Arc<[[u32; 3]]>,
     pub material: usize,
-    pub influences: Option<Influences>,
+    pub influences: Option<Arc<Influences>>,
     pub morphs: Vec<Morph>,
 }
 
 #[derive(Debug)]
 pub(crate) enum Normals {
-    Given(Vec<Vec3>),
+    Given(Arc<[Vec3]>),
     /// To be computed from the triangles: for each vertex, the first vertex at its position, so
     /// that seams of the layout do not show.
-    Missing(Vec<u32>),
+    Missing(Arc<[u32]>),
 }
 
 /// Non-zero displacements of a morph target at weight 1, by vertex.
 #[derive(Debug, Default)]
 pub(crate) struct Morph {
-    pub positions: Vec<(u32, Vec3)>,
-    pub normals: Vec<(u32, Vec3)>,
+    pub positions: Displacements,
+    pub normals: Displacements,
 }
+
+/// Vertices, and by how much they are displaced.
+pub(crate) type Displacements = Arc<[(u32, Vec3)]>;
 
 /// Joints of each vertex with their weights, which sum to 1.
 #[derive(Debug)]
@@ -78,11 +79,12 @@ pub(super) fn meshes(
     accessors: &mut Accessors<'_>,
     uv_sources: &[Vec<UvSource>],
 ) -> Result<Vec<Mesh>, SceneError> {
+    let mut arrays = SharedArrays::new(accessors);
     document
         .meshes
         .iter()
         .enumerate()
-        .map(|(index, mesh)| read(mesh, index, accessors, uv_sources))
+        .map(|(index, mesh)| read(mesh, index, &mut arrays, uv_sources))
         .collect()
 }
 
@@ -117,13 +119,13 @@ fn default_weights(
 fn read(
     mesh: &document::Mesh,
     index: usize,
-    accessors: &mut Accessors<'_>,
+    arrays: &mut SharedArrays<'_, '_>,
     uv_sources: &[Vec<UvSource>],
 ) -> Result<Mesh, SceneError> {
     let mut primitives = Vec::new();
     for (number, primitive) in mesh.primitives.iter().enumerate() {
         let place = format!("mesh {index}, primitive {number}");
-        if let Some(primitive) = read_primitive(primitive, &place, accessors, uv_sources)? {
+        if let Some(primitive) = read_primitive(primitive, &place, arrays, uv_sources)? {
             primitives.push(primitive);
         }
     }
@@ -146,18 +148,17 @@ fn read(
 fn read_primitive(
     primitive: &document::Primitive,
     place: &str,
-    accessors: &mut Accessors<'_>,
+    arrays: &mut SharedArrays<'_, '_>,
     uv_sources: &[Vec<UvSource>],
 ) -> Result<Option<Primitive>, SceneError> {
     if !is_surface(primitive) {
         return Ok(None);
     }
     let attribute = |name: &str| primitive.attributes.get(name).copied();
-    let Some(positions) = attribute("POSITION") else { return Ok(None) };
-    let positions: Vec<Vec3> = vectors(accessors.floats(positions, None)?);
+    let Some(place_of) = attribute("POSITION") else { return Ok(None) };
+    let positions = arrays.vectors(place_of, None)?;
     let count = positions.len();
-    super::check::too_many("vertices of a primitive", count as u64, MAX_VERTICES)?;
-    let triangles = read_triangles(primitive, count, place, accessors)?;
+    let triangles = arrays.triangles(primitive, count, place)?;
 
     let material = primitive.material.map_or(uv_sources.len() - 1, |index| index as usize);
     let sources = uv_sources.get(material).ok_or_else(|| {
@@ -169,35 +170,35 @@ fn read_primitive(
     })?;
     let mut all_uv = Vec::new();
     for source in sources {
-        let mut uv = match attribute(&format!("TEXCOORD_{}", source.set)) {
-            Some(index) => accessors.floats::<2>(index, Some(count))?,
-            None => vec![[0.0; 2]; count],
-        };
-        source.transform(&mut uv);
-        all_uv.push(Arc::from(uv));
+        let stored = attribute(&format!("TEXCOORD_{}", source.set));
+        all_uv.push(arrays.uv(stored, count, source)?);
     }
 
     let colors = match attribute("COLOR_0") {
-        Some(index) => Some(read_colors(index, count, accessors)?.into()),
+        Some(index) => Some(arrays.colors(index, count)?),
         None => None,
     };
     let normals = match attribute("NORMAL") {
-        Some(index) => Normals::Given(vectors(accessors.floats(index, Some(count))?)),
-        None => Normals::Missing(first_at_position(&positions)),
+        Some(index) => Normals::Given(arrays.vectors(index, Some(count))?),
+        None => Normals::Missing(arrays.first_at_position(place_of, &positions)),
     };
-    let morphs = primitive
-        .targets
-        .iter()
-        .map(|target| read_morph(target, count, accessors))
-        .collect::<Result<_, _>>()?;
-    let influences = read_influences(primitive, count, accessors)?;
+    let mut moved = |target: &BTreeMap<String, u32>, name: &str| match target.get(name) {
+        Some(&index) => arrays.displacements(index, count),
+        None => Ok(Arc::default()),
+    };
+    let mut morphs = Vec::with_capacity(primitive.targets.len());
+    for target in &primitive.targets {
+        let (positions, normals) = (moved(target, "POSITION")?, moved(target, "NORMAL")?);
+        morphs.push(Morph { positions, normals });
+    }
+    let influences = arrays.influences(primitive, count)?;
     Ok(Some(Primitive {
         positions,
         normals,
         uv: all_uv.remove(0),
         more_uv: all_uv,
         colors,
-        triangles: triangles.into(),
+        triangles,
         material,
         influences,
         morphs,
@@ -243,19 +244,21 @@ pub(super) fn read_vertices(
         None => Vec::new(),
     };
     let count = positions.len();
-    super::check::too_many("vertices of a primitive", count as u64, MAX_VERTICES)?;
     let mut morphs = Vec::new();
     for (target, &weight) in primitive.targets.iter().zip(weights) {
-        morphs.push(if weight == 0.0 {
-            Morph::default()
-        } else {
-            read_morph(target, count, accessors)?
-        });
+        let mut morph = Morph::default();
+        if let (true, Some(&index)) = (weight != 0.0, target.get("POSITION")) {
+            morph.positions = read_displacements(index, count, accessors)?;
+        }
+        morphs.push(morph);
     }
-    let influences = if is_skinned { read_influences(primitive, count, accessors)? } else { None };
+    let influences = match is_skinned {
+        true => read_influences(&influence_sets(primitive), count, accessors)?.map(Arc::new),
+        false => None,
+    };
     Ok(Primitive {
-        positions,
-        normals: Normals::Given(Vec::new()),
+        positions: positions.into(),
+        normals: Normals::Given(Arc::default()),
         uv: Arc::from([]),
         more_uv: Vec::new(),
         colors: None,
@@ -266,7 +269,7 @@ pub(super) fn read_vertices(
     })
 }
 
-fn vectors(values: Vec<[f32; 3]>) -> Vec<Vec3> {
+pub(super) fn vectors(values: Vec<[f32; 3]>) -> Vec<Vec3> {
     values.into_iter().map(Vec3::from).collect()
 }
 
@@ -296,7 +299,7 @@ fn triangles(corners: &[u32], mode: u32, place: &str) -> Result<Vec<[u32; 3]>, S
     }
 }
 
-fn read_colors(
+pub(super) fn read_colors(
     index: u32,
     count: usize,
     accessors: &mut Accessors<'_>,
@@ -308,7 +311,7 @@ fn read_colors(
     accessors.floats::<4>(index, Some(count))
 }
 
-fn first_at_position(positions: &[Vec3]) -> Vec<u32> {
+pub(super) fn first_at_position(positions: &[Vec3]) -> Vec<u32> {
     let mut first = HashMap::new();
     (0u32..)
         .zip(positions)
@@ -316,38 +319,39 @@ fn first_at_position(positions: &[Vec3]) -> Vec<u32> {
         .collect()
 }
 
-fn read_morph(
-    target: &BTreeMap<String, u32>,
+/// The displacements of a morph target's positions or normals.
+pub(super) fn read_displacements(
+    index: u32,
     count: usize,
     accessors: &mut Accessors<'_>,
-) -> Result<Morph, SceneError> {
-    let mut moved = |name: &str| match target.get(name) {
-        None => Ok(Vec::new()),
-        Some(&index) => {
-            let deltas = vectors(accessors.floats(index, Some(count))?);
-            let moves = |&(_, delta): &(u32, Vec3)| delta != Vec3::default();
-            Ok::<_, SceneError>((0u32..).zip(deltas).filter(moves).collect())
-        }
-    };
-    Ok(Morph { positions: moved("POSITION")?, normals: moved("NORMAL")? })
+) -> Result<Displacements, SceneError> {
+    let deltas = vectors(accessors.floats(index, Some(count))?);
+    let moves = |delta: &Vec3| *delta != Vec3::default();
+    let mut moved = Vec::with_capacity(deltas.iter().filter(|delta| moves(delta)).count());
+    moved.extend((0u32..).zip(deltas).filter(|(_, delta)| moves(delta)));
+    Ok(moved.into())
 }
 
-/// Joints and weights from all sets (`JOINTS_0`, `JOINTS_1`, ...), normalised to sum to 1.
-fn read_influences(
-    primitive: &document::Primitive,
+/// Accessors of joints and weights of all sets: `JOINTS_0` and `WEIGHTS_0`, `JOINTS_1`, ...
+pub(super) fn influence_sets(primitive: &document::Primitive) -> Vec<[u32; 2]> {
+    let named = |name: &str, set: u32| primitive.attributes.get(&format!("{name}_{set}")).copied();
+    (0..).map_while(|set| Some([named("JOINTS", set)?, named("WEIGHTS", set)?])).collect()
+}
+
+/// Joints and weights from all sets, normalised to sum to 1; `None` without sets.
+pub(super) fn read_influences(
+    sets: &[[u32; 2]],
     count: usize,
     accessors: &mut Accessors<'_>,
 ) -> Result<Option<Influences>, SceneError> {
-    let mut sets = Vec::new();
-    for set in 0.. {
-        let named = |name: &str| primitive.attributes.get(&format!("{name}_{set}")).copied();
-        let (Some(joints), Some(weights)) = (named("JOINTS"), named("WEIGHTS")) else { break };
-        let joints = accessors.uints::<4>(joints, Some(count))?;
-        sets.push((joints, accessors.floats::<4>(weights, Some(count))?));
-    }
     if sets.is_empty() {
         return Ok(None);
     }
+    let read = |&[joints, weights]: &[u32; 2]| {
+        let joints = accessors.uints::<4>(joints, Some(count))?;
+        Ok::<_, SceneError>((joints, accessors.floats::<4>(weights, Some(count))?))
+    };
+    let sets = sets.iter().map(read).collect::<Result<Vec<_>, _>>()?;
     let mut influences = Influences { starts: vec![0], entries: Vec::new(), joints: 0 };
     for vertex in 0..count {
         let start = influences.entries.len();

@@ -1,37 +1,70 @@
 //! The images used by a file's materials: collected first, then decoded together.
 
-use std::borrow::Cow;
+use std::collections::{HashMap, HashSet};
 
 use uvgraft::{Size, Texture};
 use uvgraft_io::image::{self, DeclaredSpace};
 
 use super::accessor::Accessors;
-use super::asset::Asset;
+use super::asset::{Asset, Bytes};
+use super::budget::{Demand, MAX_TEXELS, Purpose};
 use super::check::{find, too_many};
 use super::document;
 use super::error::SceneError;
 use super::material::{TextureUse, Wrap};
 use crate::glb::KTX2_IDENTIFIER;
 
-/// Limit of texels in all images together.
-const MAX_TEXELS: u64 = 1 << 28;
+/// Bytes of a texel while it is decoded, apart from those of its values: decoders keep copies of rows,
+/// planes or coefficients.
+const DECODING: u64 = 4;
+/// Bytes of a texel as it is drawn, with all smaller copies of it.
+const DRAWN: u64 = 6;
 
 /// The file's images that are in use.
 #[derive(Default)]
 pub(super) struct Images<'a> {
     /// Their indices in the file.
     numbers: Vec<u32>,
-    encoded: Vec<Cow<'a, [u8]>>,
+    encoded: Vec<Bytes<'a>>,
+    sizes: Vec<Size>,
     texels: u64,
+    index_of: HashMap<u32, usize>,
+    /// Images that are in the same place are one: some exporters write one for each material.
+    index_at: HashMap<Place, usize>,
+    /// The images that are drawn, as colours or as data.
+    drawn: HashSet<(usize, bool)>,
+    demand: Demand,
+}
+
+/// Where an image is: in a file or in a buffer view.
+#[derive(PartialEq, Eq, Hash)]
+enum Place {
+    File(String),
+    View(u32),
+}
+
+impl Place {
+    fn of(image: &document::Image) -> Option<Self> {
+        match (&image.uri, image.buffer_view) {
+            (Some(uri), _) => Some(Self::File(uri.clone())).filter(|_| !uri.starts_with("data:")),
+            (None, view) => view.map(Self::View),
+        }
+    }
 }
 
 impl<'a> Images<'a> {
+    /// - `demand`: what the file asks for without its images.
+    pub fn new(demand: Demand) -> Self {
+        Self { demand, ..Self::default() }
+    }
+
     /// A texture of the file; `None` if it has no image.
     ///
+    /// - `is_data`: whether it has numbers instead of colours.
     /// - `place`: the referring object, for messages.
     pub fn use_of(
         &mut self,
-        texture: u32,
+        (texture, is_data): (u32, bool),
         place: &str,
         asset: &Asset<'a>,
         accessors: &Accessors<'a>,
@@ -49,10 +82,14 @@ impl<'a> Images<'a> {
             Some(33_648) => Wrap::Mirror,
             _ => Wrap::Repeat,
         };
-        let index = match self.numbers.iter().position(|&number| number == image) {
-            Some(index) => index,
+        let index = match self.index_of.get(&image) {
+            Some(&index) => index,
             None => self.add(image, place, asset, accessors)?,
         };
+        self.index_of.insert(image, index);
+        if self.drawn.insert((index, is_data)) {
+            self.demand.add(Purpose::Images, self.sizes[index].texels() as u64, DRAWN);
+        }
         Ok(Some(TextureUse {
             index,
             wrap: [wrap(sampler.wrap_s), wrap(sampler.wrap_t)],
@@ -69,13 +106,29 @@ impl<'a> Images<'a> {
         accessors: &Accessors<'a>,
     ) -> Result<usize, SceneError> {
         let image = find(&asset.document.images, number, "image", place)?;
-        let place = format!("image {number}");
-        let bytes = bytes(image, asset, accessors, &place)?;
-        self.texels += size(&bytes, number)?.texels() as u64;
+        let index = self.numbers.len();
+        if let Some(place) = Place::of(image) {
+            let known = *self.index_at.entry(place).or_insert(index);
+            if known < index {
+                return Ok(known);
+            }
+        }
+        let bytes = bytes(image, asset, accessors, &format!("image {number}"))?;
+        let Extent { size, bytes_each } = extent(&bytes, number)?;
+        let texels = size.texels() as u64;
+        self.texels += texels;
         too_many("texels of images", self.texels, MAX_TEXELS)?;
+        self.demand.add(Purpose::Images, texels, bytes_each);
+        self.demand.pass(Purpose::Images, texels * (bytes_each + DECODING));
         self.numbers.push(number);
         self.encoded.push(bytes);
-        Ok(self.numbers.len() - 1)
+        self.sizes.push(size);
+        Ok(index)
+    }
+
+    /// What the file asks for.
+    pub fn demand(&self) -> &Demand {
+        &self.demand
     }
 
     /// Decodes all images, in the order of [`TextureUse::index`].
@@ -104,10 +157,10 @@ pub(super) fn bytes<'a>(
     asset: &Asset<'a>,
     accessors: &Accessors<'a>,
     place: &str,
-) -> Result<Cow<'a, [u8]>, SceneError> {
+) -> Result<Bytes<'a>, SceneError> {
     match (&image.uri, image.buffer_view) {
         (Some(uri), _) => asset.resource(uri).map_err(|why| SceneError::content(place, why)),
-        (None, Some(view)) => Ok(Cow::Borrowed(accessors.view(view, place)?.0)),
+        (None, Some(view)) => Ok(Bytes::Part(accessors.view(view, place)?.0)),
         (None, None) => Err(SceneError::content(place, "must have a URI or a buffer view")),
     }
 }
@@ -116,16 +169,21 @@ pub(super) fn is_ktx2(bytes: &[u8]) -> bool {
     bytes.starts_with(&KTX2_IDENTIFIER)
 }
 
-/// The size of an encoded image; errors if it alone exceeds the limit.
-pub(super) fn size(bytes: &[u8], number: u32) -> Result<Size, SceneError> {
-    let size = if is_ktx2(bytes) {
-        ktx2_size(bytes, number)?
-    } else {
-        let header = image::decode_header(bytes);
-        header.map_err(|reason| SceneError::Image { index: number as usize, reason })?.size
-    };
-    too_many("texels of images", size.texels() as u64, MAX_TEXELS)?;
-    Ok(size)
+/// The size of an image, and the bytes of a texel.
+pub(super) struct Extent {
+    pub size: Size,
+    pub bytes_each: u64,
+}
+
+/// The extent of an encoded image.
+pub(super) fn extent(bytes: &[u8], number: u32) -> Result<Extent, SceneError> {
+    if is_ktx2(bytes) {
+        return Ok(Extent { size: ktx2_size(bytes, number)?, bytes_each: 4 });
+    }
+    let header = image::decode_header(bytes);
+    let image::Header { size, channels, depth, .. } =
+        header.map_err(|reason| SceneError::Image { index: number as usize, reason })?;
+    Ok(Extent { size, bytes_each: (channels.count() * depth.bytes()) as u64 })
 }
 
 /// Decodes an image. The caller has limited its size.

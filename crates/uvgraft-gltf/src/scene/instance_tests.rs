@@ -143,11 +143,12 @@ fn converted_files_keep_their_instances() {
     let strip = strip
         .with("/nodes/2/extensions", json!({ "EXT_mesh_gpu_instancing": instancing }))
         .with("/extensionsUsed", json!(["EXT_meshopt_compression", "EXT_mesh_gpu_instancing"]));
-    let whole = whole_of(&strip.glb(), None).unwrap().into_owned();
+    let whole = whole_of(&strip.glb(), None, Budget::default()).unwrap().into_owned();
     let [before, after] = [strip.glb(), whole.clone()].map(|glb| Scene::read(&glb).unwrap());
     let of = |scene: &Scene| scene.pose(&PoseRequest::default()).unwrap();
     assert!(of(&before).len() == 2 && of(&before) == of(&after));
-    let json: Value = serde_json::from_slice(Asset::new(&whole, None).unwrap().json).unwrap();
+    let json: Value =
+        serde_json::from_slice(Asset::new(&whole, None, Budget::default()).unwrap().json).unwrap();
     assert_eq!(json["extensionsUsed"], json!(["EXT_mesh_gpu_instancing"]));
 }
 
@@ -172,7 +173,7 @@ fn impossible_instances_are_refused() {
         (with(u64::MAX, 1), "instances"),
         (with_attributes(Strip::new(), &json!({ "SCALE": 99 })), "refers to accessor 99"),
         (with_attributes(Strip::new(), &json!({ "SCALE": strip::UV })), "must have 3 components"),
-        (twice, "must have at most 1048576 primitives, got 2097152"),
+        (twice, "must have at most 1048576 primitives, of all nodes and instances, got 2097152"),
     ];
     for (strip, wanted) in cases {
         for error in [

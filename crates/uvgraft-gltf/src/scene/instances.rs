@@ -7,25 +7,19 @@ use glam::Affine3A;
 
 use super::Node;
 use super::accessor::Accessors;
-use super::check::too_many;
 use super::document::{self, Instancing};
 use super::error::SceneError;
 use super::transform::{LocalTransform, unit};
 
-/// Limit of the instances of all nodes together: 64 MiB of transforms. With 16 vertices each they reach
-/// the limit of vertices, too.
-const MAX_INSTANCES: u64 = 1 << 20;
-
 /// The transforms that place the instances in the space of their node; `None` if the mesh is drawn once,
 /// at the node.
 ///
-/// - `total`: number of instances of all nodes so far, which is increased.
+/// The caller has limited their number.
 ///
 /// # Errors
-/// If the attributes are damaged or differ in their count, and if there are too many.
+/// If the attributes are damaged or differ in their count.
 pub(super) fn read(
     node: &document::Node,
-    total: &mut u64,
     accessors: &mut Accessors<'_>,
 ) -> Result<Option<Vec<Affine3A>>, SceneError> {
     let Some(Instancing { attributes }) = &node.extensions.instancing else { return Ok(None) };
@@ -35,8 +29,6 @@ pub(super) fn read(
     let first = known.into_iter().flatten().chain(attributes.values().copied()).next();
     let (Some(first), Some(_)) = (first, node.mesh) else { return Ok(None) };
     let count = accessors.count(first)?;
-    *total = total.saturating_add(count as u64);
-    too_many("instances", *total, MAX_INSTANCES)?;
     let mut placed = vec![LocalTransform::default(); count];
     let [translation, rotation, scale] = known;
     if let Some(index) = translation {

@@ -13,9 +13,11 @@
 mod accessor;
 mod appearance;
 mod asset;
+mod budget;
 mod check;
 mod clip;
 mod contents;
+mod demand;
 mod document;
 mod error;
 mod extent;
@@ -30,6 +32,7 @@ mod ktx2;
 mod material;
 mod named_pose;
 mod posing;
+mod shared;
 mod skinning;
 #[cfg(test)]
 mod tests;
@@ -42,7 +45,7 @@ mod whole;
 #[cfg(test)]
 mod wild_tests;
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, HashSet};
 use std::path::Path;
 
 use glam::Affine3A;
@@ -50,8 +53,10 @@ use uvgraft::Texture;
 use uvgraft_io::input::{Input, ReadError};
 
 use self::accessor::Accessors;
-use self::asset::{Asset, MAX_BYTES, folder_of};
-use self::check::{find, too_many};
+use self::asset::{Asset, parse_within};
+use self::budget::Demand;
+pub use self::budget::{Budget, Shares};
+use self::check::find;
 pub use self::clip::Clip;
 pub use self::contents::{ClipContents, Contents, ImageContents, ImageUse, PartContents, contents};
 use self::document::Document;
@@ -64,15 +69,7 @@ pub use self::posing::{PoseRequest, PosedPrimitive};
 pub use self::transform::LocalTransform;
 pub use self::uv_mesh::{MeshChoice, SceneMeshError, load_mesh, read_mesh};
 use self::vrm1::Expressions;
-pub use self::whole::whole;
-
-/// Limit of the rest weights of all nodes' morph targets.
-const MAX_WEIGHTS: u64 = 1 << 24;
-/// Limits for all meshes together, each counted once for every node, and every instance, that shows
-/// it.
-const MAX_PRIMITIVES: u64 = 1 << 20;
-const MAX_VERTICES: u64 = 1 << 24;
-const MAX_TRIANGLES: u64 = 1 << 25;
+pub use self::whole::{whole, whole_within};
 
 /// The contents of a file, ready to be posed.
 #[derive(Debug)]
@@ -154,7 +151,7 @@ impl Scene {
     /// # Errors
     /// [`SceneError`] for anything truncated, damaged or too large, and for dangling references.
     pub fn read(bytes: &[u8]) -> Result<Self, SceneError> {
-        Self::read_in(bytes, None)
+        Self::read_in(bytes, None, Budget::default())
     }
 
     /// Reads a GLB, VRM or glTF file and the external files that it refers to, which bytes cannot
@@ -163,22 +160,40 @@ impl Scene {
     /// # Errors
     /// As [`Scene::read`], with the path or name; also if it refers to a file outside its folder.
     pub fn load(input: impl Into<Input>) -> Result<Self, ReadError<SceneError>> {
-        let input = input.into();
-        input.parse(MAX_BYTES, |bytes| Self::read_in(bytes, folder_of(&input)))
+        Self::load_within(input, Budget::default())
     }
 
-    fn read_in(bytes: &[u8], folder: Option<&Path>) -> Result<Self, SceneError> {
-        let mut asset = Asset::new(bytes, folder)?;
+    /// As [`Scene::load`], with a bound on the memory that reading and drawing the scene takes.
+    ///
+    /// # Errors
+    /// As [`Scene::load`].
+    pub fn load_within(
+        input: impl Into<Input>,
+        budget: Budget,
+    ) -> Result<Self, ReadError<SceneError>> {
+        parse_within(&input.into(), budget, |bytes, folder| Self::read_in(bytes, folder, budget))
+    }
+
+    /// As [`Scene::read`], with a bound on the memory that reading and drawing the scene takes.
+    ///
+    /// # Errors
+    /// As [`Scene::read`].
+    pub fn read_within(bytes: &[u8], budget: Budget) -> Result<Self, SceneError> {
+        Self::read_in(bytes, None, budget)
+    }
+
+    fn read_in(bytes: &[u8], folder: Option<&Path>, budget: Budget) -> Result<Self, SceneError> {
+        let mut asset = Asset::new(bytes, folder, budget)?;
         let mut buffers = asset.buffers()?;
+        let demand = demand_of(&asset)?;
         unpack::unpack(&mut asset.document, &mut buffers)?;
         let document = &asset.document;
         let mut accessors = Accessors::new(document, &buffers);
-        let appearance = appearance::appearance(&asset, &accessors)?;
+        let appearance = appearance::appearance(&asset, &accessors, demand)?;
         let meshes = geometry::meshes(document, &mut accessors, &appearance.uv_sources)?;
         let vrm0 = &document.extensions.vrm0;
         let Hierarchy { nodes, order, shown } = Hierarchy::new(document, &meshes, &mut accessors)?;
         let skins = skins(document, &mut accessors)?;
-        check_sizes(&shown, &nodes, &meshes)?;
         check_joints(&shown, &nodes, &meshes, &skins)?;
         let targets: Vec<usize> = nodes.iter().map(|node| node.weights.len()).collect();
         let from_vrm0 = match vrm0 {
@@ -229,11 +244,9 @@ impl Scene {
     /// Names of the VRM expressions, then of the morph targets, without duplicates.
     pub fn expressions(&self) -> Vec<&str> {
         let mut names: Vec<&str> = self.expressions.iter().map(|e| e.name.as_str()).collect();
-        for name in self.meshes.iter().flat_map(|mesh| &mesh.target_names) {
-            if !names.contains(&name.as_str()) {
-                names.push(name);
-            }
-        }
+        names.extend(self.meshes.iter().flat_map(|mesh| &mesh.target_names).map(String::as_str));
+        let mut known = HashSet::new();
+        names.retain(|name| known.insert(*name));
         names
     }
 
@@ -249,13 +262,24 @@ impl Scene {
     }
 }
 
+/// What a scene asks for, apart from its images.
+fn demand_of(asset: &Asset<'_>) -> Result<Demand, SceneError> {
+    let mut demand = asset.demand();
+    demand.add_nodes(&asset.document)?;
+    demand.add_meshes(&asset.document)?;
+    demand.add_clips(&asset.document)?;
+    demand.add_expressions(&asset.document)?;
+    demand.add_unpacked(&asset.document)?;
+    demand.check()?;
+    Ok(demand)
+}
+
 fn nodes(
     document: &Document,
     meshes: &[Mesh],
     accessors: &mut Accessors<'_>,
 ) -> Result<Vec<Node>, SceneError> {
     let mut nodes = Vec::with_capacity(document.nodes.len());
-    let (mut total, mut instances) = (0, 0);
     for (index, node) in document.nodes.iter().enumerate() {
         let place = format!("node {index}");
         let rest = placement(node, &place)?;
@@ -269,8 +293,6 @@ fn nodes(
         if node.weights.iter().any(|weight| !weight.is_finite()) {
             return Err(SceneError::content(place, "weights must be finite"));
         }
-        total += mesh.map_or(0, |mesh| mesh.weights.len() as u64);
-        too_many("weights of morph targets", total, MAX_WEIGHTS)?;
         let mut weights = mesh.map_or_else(Vec::new, |mesh| mesh.weights.clone());
         for (weight, own) in weights.iter_mut().zip(&node.weights) {
             *weight = *own;
@@ -282,7 +304,7 @@ fn nodes(
             mesh: node.mesh.map(|mesh| mesh as usize),
             skin: node.skin.map(|skin| skin as usize),
             weights,
-            instances: instances::read(node, &mut instances, accessors)?,
+            instances: instances::read(node, accessors)?,
         });
     }
     for (parent, node) in document.nodes.iter().enumerate() {
@@ -394,37 +416,20 @@ fn skins(
         let inverse_bind = match skin.inverse_bind_matrices {
             None => vec![Affine3A::IDENTITY; joints.len()],
             Some(accessor) => {
-                let matrices = accessors.floats::<16>(accessor, None)?;
+                let mut matrices = accessors.floats::<16>(accessor, None)?;
                 if matrices.len() < joints.len() {
                     let (found, wanted) = (matrices.len(), joints.len());
                     let reason =
                         format!("must have {wanted} matrices, one for each joint, got {found}");
                     return Err(SceneError::content(place, reason));
                 }
+                matrices.truncate(joints.len());
                 matrices.iter().map(transform::affine_from_columns).collect()
             }
         };
         skins.push(SkinBinding { joints, inverse_bind });
     }
     Ok(skins)
-}
-
-fn check_sizes(shown: &[usize], nodes: &[Node], meshes: &[Mesh]) -> Result<(), SceneError> {
-    let (mut primitives, mut vertices, mut triangles) = (0_u64, 0_u64, 0_u64);
-    for node in shown.iter().map(|&node| &nodes[node]) {
-        let Some(mesh) = node.mesh else { continue };
-        // At most 2^20 instances of 2^24 vertices each, so nothing overflows.
-        let instances = node.instances().len() as u64;
-        for primitive in &meshes[mesh].primitives {
-            primitives += instances;
-            vertices += instances * primitive.positions.len() as u64;
-            triangles += instances * primitive.triangles.len() as u64;
-        }
-        too_many("primitives", primitives, MAX_PRIMITIVES)?;
-        too_many("vertices", vertices, MAX_VERTICES)?;
-        too_many("triangles", triangles, MAX_TRIANGLES)?;
-    }
-    Ok(())
 }
 
 fn check_joints(

@@ -1,11 +1,12 @@
 //! Posing of a scene: clip, named pose, expressions and bone rotations, and the resulting
 //! triangles.
 
+use std::collections::HashMap;
 use std::sync::Arc;
 
 use glam::{Affine3A, Quat, Vec3};
 
-use super::geometry::Primitive;
+use super::geometry::{Mesh, Primitive};
 use super::instances::InstancePose;
 use super::named_pose::NamedPose;
 use super::transform::{LocalTransform, from_degrees};
@@ -100,12 +101,16 @@ impl Scene {
         let (placements, weights) = self.local_pose(posing)?;
         let world = self.world(|node| placements[node]);
         let mut drawn = Vec::new();
+        let mut joints = HashMap::new();
         for &index in &self.shown {
             let node = &self.nodes[index];
             let Some(mesh) = node.mesh else { continue };
-            let joints = node.skin.map(|skin| self.skins[skin].transforms(&world));
+            let transforms = |skin: usize| self.skins[skin].transforms(&world);
+            let joints = node
+                .skin
+                .map(|skin| joints.entry(skin).or_insert_with(|| transforms(skin)).as_slice());
             for instance in node.instances() {
-                let pose = InstancePose::new(&world[index], instance, joints.as_deref());
+                let pose = InstancePose::new(&world[index], instance, joints);
                 let primitives = self.meshes[mesh].primitives.iter();
                 drawn.extend(primitives.map(|primitive| posed(primitive, &weights[index], &pose)));
             }
@@ -244,14 +249,12 @@ impl Scene {
                 let binds = expression.binds.iter();
                 return binds.map(|&(node, target, full)| (node, target, full * weight)).collect();
             }
-            let mut found = Vec::new();
-            for (index, node) in self.nodes.iter().enumerate() {
-                let Some(mesh) = node.mesh else { continue };
-                let names = &self.meshes[mesh].target_names;
-                let target = names.iter().position(|target| same(target, name));
-                found.extend(target.map(|target| (index, target, weight)));
-            }
-            found
+            let target_of = |mesh: &Mesh| mesh.target_names.iter().position(|it| same(it, name));
+            let targets: Vec<Option<usize>> = self.meshes.iter().map(target_of).collect();
+            let nodes = self.nodes.iter().enumerate();
+            let moved =
+                nodes.filter_map(|(index, node)| Some((index, targets[node.mesh?]?, weight)));
+            moved.collect()
         };
         let mut added: Vec<(usize, usize, f32)> = by(|a, b| a == b);
         if added.is_empty() {

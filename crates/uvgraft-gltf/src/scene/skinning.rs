@@ -27,9 +27,9 @@ pub(super) fn deformed(
     weights: &[f32],
     pose: &InstancePose<'_>,
 ) -> (Vec<[f32; 3]>, Vec<[f32; 3]>) {
-    let mut positions = primitive.positions.clone();
+    let mut positions = primitive.positions.to_vec();
     let mut normals = match &primitive.normals {
-        Normals::Given(normals) => normals.clone(),
+        Normals::Given(normals) => normals.to_vec(),
         Normals::Missing(_) => Vec::new(),
     };
     for (morph, &weight) in primitive.morphs.iter().zip(weights) {

@@ -174,7 +174,7 @@ fn quantised_and_sparse_arrays_are_decoded() {
         "values": { "bufferView": values }
     });
     let glb = strip.glb();
-    let container = Asset::new(&glb, None).unwrap();
+    let container = Asset::new(&glb, None, Budget::default()).unwrap();
     let buffers = container.buffers().unwrap();
     let mut accessors = Accessors::new(&container.document, &buffers);
     let found = accessors.floats::<4>(weights as u32, Some(6)).unwrap();

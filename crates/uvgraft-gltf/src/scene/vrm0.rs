@@ -63,6 +63,13 @@ struct Bind {
 }
 
 impl Vrm0 {
+    /// The mesh of each morph target that a blend shape moves; those of a mesh are as often there as they
+    /// are moved.
+    pub fn bound_meshes(&self) -> impl Iterator<Item = u32> {
+        let groups = self.blend_shape_master.blend_shape_groups.iter();
+        groups.flat_map(|group| group.binds.iter().map(|bind| bind.mesh))
+    }
+
     /// Converts to VRM 1.0.
     ///
     /// - `mesh_of_node`: mesh of each node.
@@ -71,6 +78,11 @@ impl Vrm0 {
     /// # Errors
     /// [`SceneError`] if a blend shape refers to a missing mesh.
     pub fn as_vrm1(&self, mesh_of_node: &[Option<u32>], meshes: usize) -> Result<Vrm, SceneError> {
+        let mut nodes_of = vec![Vec::new(); meshes];
+        for (node, mesh) in (0..).zip(mesh_of_node) {
+            let nodes = mesh.and_then(|mesh| nodes_of.get_mut(mesh as usize));
+            nodes.into_iter().for_each(|nodes| nodes.push(node));
+        }
         let mut human_bones = BTreeMap::new();
         for bone in &self.humanoid.human_bones {
             if let Ok(node) = u32::try_from(bone.node) {
@@ -81,7 +93,7 @@ impl Vrm0 {
         for group in &self.blend_shape_master.blend_shape_groups {
             let preset = group.preset_name.as_deref().and_then(preset_name);
             let name = preset.map_or_else(|| group.name.clone(), str::to_owned);
-            let (list, binds) = (&mut expressions, group.binds(mesh_of_node, meshes, &name)?);
+            let (list, binds) = (&mut expressions, group.binds(&nodes_of, &name)?);
             let list = if preset.is_some() { &mut list.preset } else { &mut list.custom };
             list.entry(name)
                 .or_insert(Expression { morph_target_binds: binds, is_binary: group.is_binary });
@@ -91,19 +103,14 @@ impl Vrm0 {
 }
 
 impl Group {
-    fn binds(
-        &self,
-        mesh_of_node: &[Option<u32>],
-        meshes: usize,
-        name: &str,
-    ) -> Result<Vec<MorphTargetBind>, SceneError> {
+    /// - `nodes_of`: for each mesh, the nodes that show it.
+    fn binds(&self, nodes_of: &[Vec<u32>], name: &str) -> Result<Vec<MorphTargetBind>, SceneError> {
+        let place = format!("VRM's blend shape {name}");
         let mut binds = Vec::new();
         for bind in &self.binds {
-            find(&vec![(); meshes], bind.mesh, "mesh", &format!("VRM's blend shape {name}"))?;
-            for (node, _) in (0..).zip(mesh_of_node).filter(|(_, mesh)| **mesh == Some(bind.mesh)) {
-                let weight = bind.weight / 100.0;
-                binds.push(MorphTargetBind { node, index: bind.index, weight });
-            }
+            let (index, weight) = (bind.index, bind.weight / 100.0);
+            let nodes = find(nodes_of, bind.mesh, "mesh", &place)?.iter();
+            binds.extend(nodes.map(|&node| MorphTargetBind { node, index, weight }));
         }
         Ok(binds)
     }

@@ -105,7 +105,7 @@ fn compressed_files_equal_plain_ones() {
         };
         near(&Scene::read(&glb).unwrap());
         // As embedded in a page: uncompressed, readable by the crate `gltf` and by ourselves.
-        let whole = whole_of(&glb, None).unwrap();
+        let whole = whole_of(&glb, None, Budget::default()).unwrap();
         let scene = Scene::read(&whole).unwrap();
         assert_eq!(scene.triangles(), 4);
         near(&scene);
@@ -114,7 +114,7 @@ fn compressed_files_equal_plain_ones() {
     }
     // A self-contained file is returned unchanged.
     let glb = Strip::new().glb();
-    assert!(matches!(whole_of(&glb, None), Ok(Cow::Borrowed(_))));
+    assert!(matches!(whole_of(&glb, None, Budget::default()), Ok(Cow::Borrowed(_))));
 }
 
 #[test]
@@ -129,7 +129,10 @@ fn data_of_fallback_buffers_may_be_missing() {
     for strip in [&unmarked, &elsewhere, &renamed(&meshopt()), &renamed(&unmarked)] {
         let glb = strip.glb();
         assert_eq!(bent(&Scene::read(&glb).unwrap()), plain);
-        assert_eq!(bent(&Scene::read(&whole_of(&glb, None).unwrap()).unwrap()), plain);
+        assert_eq!(
+            bent(&Scene::read(&whole_of(&glb, None, Budget::default()).unwrap()).unwrap()),
+            plain
+        );
     }
     // What is not compressed needs its data, and so do compressed streams.
     let view = unmarked.json["accessors"][strip::BULGE]["bufferView"].to_string();
@@ -189,7 +192,7 @@ fn flipped_bytes_of_compressed_parts_never_panic() {
                 if let Ok(scene) = Scene::read(&bytes) {
                     let _ = scene.pose(&PoseRequest::default());
                 }
-                let _ = whole_of(&bytes, None);
+                let _ = whole_of(&bytes, None, Budget::default());
             }
         }
     }
@@ -294,7 +297,7 @@ fn specular_glossiness_is_read_and_rewritten() {
     assert_eq!((material.color, read.glossiness), ([0.5, 0.25, 1.0, 0.75], 0.5));
     assert_eq!((read.specular, scene.textures().len()), ([0.1, 0.2, 0.3], 1));
 
-    let whole = whole_of(&glb, None).unwrap();
+    let whole = whole_of(&glb, None, Budget::default()).unwrap();
     let document = gltf::Gltf::from_slice_without_validation(&whole).unwrap();
     let pbr = document.materials().next().unwrap().pbr_metallic_roughness().base_color_factor();
     assert_eq!((pbr, document.images().count()), ([0.5, 0.25, 1.0, 0.75], 2));
@@ -305,7 +308,8 @@ fn specular_glossiness_is_read_and_rewritten() {
     let rough = images::decode(png, 1).unwrap();
     // The texture is opaque, so half of the full glossiness remains everywhere: 255 - 127.5.
     assert_eq!([0, 1, 2].map(|k| (rough.get(0, 0, k) * 255.0).round()), [0.0, 128.0, 0.0]);
-    let json: Value = serde_json::from_slice(Asset::new(&whole, None).unwrap().json).unwrap();
+    let json: Value =
+        serde_json::from_slice(Asset::new(&whole, None, Budget::default()).unwrap().json).unwrap();
     let used = json["extensionsUsed"].to_string();
     assert!(!used.contains("Glossiness") && used.contains("KHR_materials_specular"), "{used}");
     let specular = &json["materials"][0]["extensions"]["KHR_materials_specular"];

@@ -1,6 +1,6 @@
 //! The images of a file, and what they are for.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, HashSet};
 
 use serde::Serialize;
 use serde_json::Value;
@@ -8,7 +8,10 @@ use uvgraft_io::image;
 
 use super::super::accessor::Accessors;
 use super::super::asset::Asset;
+use super::super::budget::MAX_NAME_BYTES;
+use super::super::check::too_many;
 use super::super::document::Document;
+use super::super::error::SceneError;
 use super::super::images::{bytes, is_ktx2};
 
 /// An image of a file.
@@ -29,7 +32,7 @@ pub struct ImageContents {
 }
 
 /// A use of an image.
-#[derive(Debug, Clone, PartialEq, Eq, Serialize)]
+#[derive(Debug, Clone, PartialEq, Eq, Hash, Serialize)]
 pub struct ImageUse {
     /// What for, as glTF and VRM call it: "baseColorTexture", "thumbnailImage", ...
     #[serde(rename = "as")]
@@ -43,10 +46,10 @@ pub(super) fn images(
     asset: &Asset<'_>,
     json: &Value,
     accessors: &Accessors<'_>,
-) -> Vec<ImageContents> {
-    let mut uses = uses(&asset.document, json);
+) -> Result<Vec<ImageContents>, SceneError> {
+    let mut uses = uses(&asset.document, json)?;
     let each = (0_u32..).zip(&asset.document.images);
-    each.map(|(number, stored)| {
+    let described = each.map(|(number, stored)| {
         let entry = &json["images"][number as usize];
         let uri = stored.uri.as_deref().filter(|uri| !uri.starts_with("data:"));
         let name = entry["name"].as_str().filter(|name| !name.is_empty()).or(uri);
@@ -63,8 +66,8 @@ pub(super) fn images(
             Err(error) => found.problem = Some(error.to_string()),
         }
         found
-    })
-    .collect()
+    });
+    Ok(described.collect())
 }
 
 impl ImageContents {
@@ -91,14 +94,17 @@ impl ImageContents {
 
 /// The uses of each image. Extensions refer to textures as glTF itself does: by an object with an
 /// `index`, under a key that ends with "Texture".
-fn uses(document: &Document, json: &Value) -> BTreeMap<u32, Vec<ImageUse>> {
+fn uses(document: &Document, json: &Value) -> Result<BTreeMap<u32, Vec<ImageUse>>, SceneError> {
     let mut uses: BTreeMap<u32, Vec<ImageUse>> = BTreeMap::new();
+    let (mut known, mut bytes) = (HashSet::new(), 0);
     let mut add = |image: u32, role: &str, material: Option<&str>| {
+        bytes += (role.len() + material.map_or(0, str::len)) as u64;
+        too_many("bytes of names of images' uses", bytes, MAX_NAME_BYTES)?;
         let found = ImageUse { role: role.to_owned(), material: material.map(str::to_owned) };
-        let of_image = uses.entry(image).or_default();
-        if !of_image.contains(&found) {
-            of_image.push(found);
+        if known.insert((image, found.clone())) {
+            uses.entry(image).or_default().push(found);
         }
+        Ok::<_, SceneError>(())
     };
     let source = |texture: &Value| {
         let texture = document.textures.get(texture.as_u64()? as usize)?;
@@ -112,7 +118,7 @@ fn uses(document: &Document, json: &Value) -> BTreeMap<u32, Vec<ImageUse>> {
         while let Some(object) = rest.pop() {
             for (key, value) in object.as_object().into_iter().flatten() {
                 if let (true, Some(image)) = (key.ends_with("Texture"), source(&value["index"])) {
-                    add(image, key, Some(name));
+                    add(image, key, Some(name))?;
                 } else {
                     rest.push(value);
                 }
@@ -123,12 +129,12 @@ fn uses(document: &Document, json: &Value) -> BTreeMap<u32, Vec<ImageUse>> {
     for properties in extensions["VRM"]["materialProperties"].as_array().into_iter().flatten() {
         let name = properties["name"].as_str().unwrap_or_default();
         for (key, texture) in properties["textureProperties"].as_object().into_iter().flatten() {
-            source(texture).into_iter().for_each(|image| add(image, key, Some(name)));
+            source(texture).map_or(Ok(()), |image| add(image, key, Some(name)))?;
         }
     }
     let thumbnail = &extensions["VRMC_vrm"]["meta"]["thumbnailImage"];
     let thumbnail = thumbnail.as_u64().and_then(|image| u32::try_from(image).ok());
     let of_vrm0 = source(&extensions["VRM"]["meta"]["texture"]);
-    thumbnail.or(of_vrm0).into_iter().for_each(|image| add(image, "thumbnailImage", None));
-    uses
+    thumbnail.or(of_vrm0).map_or(Ok(()), |image| add(image, "thumbnailImage", None))?;
+    Ok(uses)
 }

@@ -13,8 +13,9 @@ use uvgraft_io::input::{Input, ReadError};
 
 pub use self::images::{ImageContents, ImageUse};
 use super::accessor::Accessors;
-use super::asset::{Asset, MAX_BYTES, folder_of};
-use super::check::find;
+use super::asset::{Asset, folder_of};
+use super::budget::{MAX_BYTES, MAX_NAME_BYTES, MAX_PRIMITIVES, Purpose};
+use super::check::{find, too_many};
 use super::document::{Document, Mesh, Primitive};
 use super::error::SceneError;
 use super::geometry::is_surface;
@@ -98,6 +99,13 @@ pub fn contents(input: impl Into<Input>) -> Result<Contents, ReadError<SceneErro
 fn read_in(bytes: &[u8], folder: Option<&Path>) -> Result<Contents, SceneError> {
     let mut asset = Asset::for_geometry(bytes, folder)?;
     let mut buffers = asset.buffers()?;
+    let mut demand = asset.demand();
+    demand.add_nodes(&asset.document)?;
+    demand.add_clips(&asset.document)?;
+    demand.add_expressions(&asset.document)?;
+    demand.add_unpacked(&asset.document)?;
+    demand.add(Purpose::Structure, parts_of(&asset.document)?, PART);
+    demand.check()?;
     unpack::unpack(&mut asset.document, &mut buffers)?;
     let document = &asset.document;
     let json: serde_json::Value = serde_json::from_slice(asset.json)?;
@@ -126,13 +134,44 @@ fn read_in(bytes: &[u8], folder: Option<&Path>) -> Result<Contents, SceneError> 
         generator: json["asset"]["generator"].as_str().map(str::to_owned),
         vrm: version,
         parts: parts(document, &hierarchy, &accessors)?,
-        images: images::images(&asset, &json, &accessors),
+        images: images::images(&asset, &json, &accessors)?,
         joints: joints.len(),
         bones: humanoid::bones(vrm, &document.nodes)?.into_keys().collect(),
         expressions: expressions.collect(),
         morph_targets: target_names(document),
         clips: clips.map(ClipContents::of).collect(),
     })
+}
+
+/// Bytes of a part, without its names.
+const PART: u64 = 256;
+
+/// Number of the parts of all nodes.
+///
+/// # Errors
+/// If there are too many, or if their names are too long.
+fn parts_of(document: &Document) -> Result<u64, SceneError> {
+    let name = |name: Option<&String>| name.map_or(0, String::len) as u64;
+    let of_mesh = |mesh: &Mesh| {
+        let materials = mesh.primitives.iter().filter_map(|it| it.material);
+        let materials = materials.filter_map(|index| document.materials.get(index as usize));
+        let materials: u64 = materials.map(|material| name(material.name.as_ref())).sum();
+        let sets: u64 = mesh.primitives.iter().map(|it| it.attributes.len() as u64).sum();
+        let count = mesh.primitives.len() as u64;
+        (count, count * name(mesh.name.as_ref()) + materials + 4 * sets)
+    };
+    let of_meshes: Vec<_> = document.meshes.iter().map(of_mesh).collect();
+    let (mut parts, mut bytes) = (0_u64, 0_u64);
+    for node in &document.nodes {
+        let Some(&(count, of_mesh)) = node.mesh.and_then(|it| of_meshes.get(it as usize)) else {
+            continue;
+        };
+        parts = parts.saturating_add(count);
+        bytes = bytes.saturating_add(of_mesh).saturating_add(count * name(node.name.as_ref()));
+    }
+    too_many("parts, of all nodes", parts, MAX_PRIMITIVES)?;
+    too_many("bytes of names of parts", bytes, MAX_NAME_BYTES)?;
+    Ok(parts)
 }
 
 fn parts(

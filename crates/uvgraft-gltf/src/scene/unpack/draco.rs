@@ -7,7 +7,7 @@
 use draco_core::{DecodeLimits, DecoderBuffer, Mesh, MeshDecoder};
 
 use super::{Buffers, appended, decoded, slice};
-use crate::scene::asset::MAX_BYTES;
+use crate::scene::budget::{MAX_BYTES, MAX_VERTICES};
 use crate::scene::check::find;
 use crate::scene::document::{Document, Draco};
 use crate::scene::error::SceneError;
@@ -31,7 +31,8 @@ pub(super) fn unpack(
             }
             let attributes = primitive.attributes.clone();
             let indices = primitive.indices;
-            let decompressed = decode(document, buffers, &draco, total, &place)?;
+            let faces = document.triangles(&document.meshes[mesh].primitives[number]).1;
+            let decompressed = decode(document, buffers, &draco, (faces, total), &place)?;
             if let Some(indices) = indices {
                 let bytes = decompressed.faces().iter().flatten();
                 let bytes = bytes.flat_map(|point| point.0.to_le_bytes()).collect();
@@ -52,18 +53,19 @@ pub(super) fn unpack(
 
 const UNSIGNED_INT: u32 = 5125;
 
+/// - `faces`: as many as the accessors have, whose numbers were added up.
 fn decode(
     document: &Document,
     buffers: &Buffers<'_>,
     draco: &Draco,
-    total: u64,
+    (faces, total): (u64, u64),
     place: &str,
 ) -> Result<Mesh, SceneError> {
     let view = find(&document.buffer_views, draco.buffer_view, "buffer view", place)?;
     let bytes = slice(buffers, (view.buffer, view.byte_offset, view.byte_length), place)?;
     let limits = DecodeLimits::default()
-        .with_max_points(super::super::MAX_VERTICES)
-        .with_max_faces(super::super::MAX_TRIANGLES)
+        .with_max_points(MAX_VERTICES)
+        .with_max_faces(faces)
         .with_max_decoded_bytes(MAX_BYTES - total);
     let mut buffer = DecoderBuffer::new(bytes).with_limits(limits);
     let mut mesh = Mesh::new();

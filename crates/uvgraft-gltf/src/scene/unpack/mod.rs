@@ -4,15 +4,14 @@
 mod draco;
 mod meshopt;
 
-use std::borrow::Cow;
-
-use super::asset::MAX_BYTES;
+use super::asset::Bytes;
+use super::budget::MAX_BYTES;
 use super::check::too_many;
 use super::document::{BufferView, Document};
 use super::error::SceneError;
 
 /// Buffers of a file, followed by those from decompression.
-type Buffers<'a> = Vec<Cow<'a, [u8]>>;
+type Buffers<'a> = Vec<Bytes<'a>>;
 
 /// Decompresses the parts compressed by `EXT_meshopt_compression`, `KHR_meshopt_compression` and
 /// `KHR_draco_mesh_compression`.
@@ -49,7 +48,7 @@ fn decoded(total: u64, more: u64) -> Result<u64, SceneError> {
 
 /// A checked range of a buffer.
 fn slice<'a>(
-    buffers: &'a [Cow<'_, [u8]>],
+    buffers: &'a [Bytes<'_>],
     (buffer, offset, length): (u32, u64, u64),
     place: &str,
 ) -> Result<&'a [u8], SceneError> {
@@ -72,6 +71,6 @@ fn appended(buffers: &mut Buffers<'_>, bytes: Vec<u8>) -> BufferView {
         byte_length: bytes.len() as u64,
         ..BufferView::default()
     };
-    buffers.push(Cow::Owned(bytes));
+    buffers.push(bytes.into());
     view
 }

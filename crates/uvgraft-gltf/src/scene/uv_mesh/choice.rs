@@ -1,10 +1,12 @@
 //! Finds the primitives of a name.
 
-use super::super::check::{find, too_many};
+use std::collections::HashSet;
+
+use super::super::check::find;
 use super::super::document::{Document, Primitive};
 use super::super::error::SceneError;
 use super::super::geometry::is_surface;
-use super::super::{Hierarchy, MAX_PRIMITIVES, Node};
+use super::super::{Hierarchy, Node};
 use super::SceneMeshError;
 
 /// Names in messages are cut off after this many characters.
@@ -49,13 +51,11 @@ pub(super) fn chosen<'a>(
 }
 
 fn shown<'a>(document: &'a Document, hierarchy: &Hierarchy) -> Result<Vec<Shown<'a>>, SceneError> {
-    let (mut all, mut total) = (Vec::new(), 0);
+    let mut all = Vec::new();
     for &node in &hierarchy.shown {
         let instances = hierarchy.nodes[node].instances().len();
         let Some(mesh) = hierarchy.nodes[node].mesh.filter(|_| instances > 0) else { continue };
         let primitives = &document.meshes[mesh].primitives;
-        total += (instances * primitives.len()) as u64;
-        too_many("primitives", total, MAX_PRIMITIVES)?;
         for (number, primitive) in primitives.iter().enumerate() {
             if is_surface(primitive) {
                 let shown = Shown { node, mesh, number, primitive };
@@ -96,13 +96,13 @@ pub(super) fn material_name<'a>(document: &'a Document, shown: &Shown<'_>) -> &'
 fn names(document: &Document, nodes: &[Node], all: &[Shown<'_>]) -> Vec<String> {
     // Far more than a message lists, which says how many more there are.
     const MAX: usize = 1024;
-    let mut names: Vec<String> = Vec::new();
+    let (mut names, mut known): (Vec<String>, HashSet<String>) = Default::default();
     let of_nodes = all.iter().map(|shown| &*nodes[shown.node].name);
     let of_meshes = all.iter().map(|shown| mesh_name(document, shown));
     let of_materials = all.iter().map(|shown| material_name(document, shown));
     for name in of_nodes.chain(of_meshes).chain(of_materials) {
         let name = shortened(name);
-        if names.len() < MAX && !name.is_empty() && !names.contains(&name) {
+        if names.len() < MAX && !name.is_empty() && known.insert(name.clone()) {
             names.push(name);
         }
     }

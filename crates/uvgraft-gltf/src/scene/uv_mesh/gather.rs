@@ -1,7 +1,7 @@
 //! Gathers primitives into one mesh.
 
-use std::collections::HashMap;
 use std::collections::hash_map::Entry;
+use std::collections::{HashMap, HashSet};
 
 use glam::Affine3A;
 use uvgraft::mesh::{Mesh, MeshPart};
@@ -9,20 +9,21 @@ use uvgraft_io::textured::{TexturedMesh, WithoutUv};
 
 use super::super::accessor::Accessors;
 use super::super::appearance::UvSource;
+use super::super::budget::{
+    Demand, MAX_NAME_BYTES, MAX_PRIMITIVES, MAX_TRIANGLES, MAX_VERTICES, Purpose,
+};
 use super::super::check::too_many;
+use super::super::demand::{MESH_TRIANGLE, MESH_UV, MESH_VERTEX};
 use super::super::document::{Document, Primitive};
 use super::super::error::SceneError;
 use super::super::geometry::{read_triangles, read_vertices};
 use super::super::instances::InstancePose;
 use super::super::posing::world;
 use super::super::skinning::deformed;
-use super::super::{Hierarchy, MAX_TRIANGLES, MAX_VERTICES, SkinBinding, check_influences};
+use super::super::{Hierarchy, SkinBinding, check_influences};
 use super::SceneMeshError;
 use super::choice::{Shown, material_name, mesh_name};
 use super::image_names::ImageNames;
-
-/// Limit of the names of all parts, in bytes.
-const MAX_NAME_BYTES: u64 = 1 << 26;
 
 /// What determines where the vertices of a node's primitives are: the accessors of positions, skin
 /// and morph targets.
@@ -88,6 +89,48 @@ impl<'a> Gatherer<'a> {
         }
     }
 
+    /// Adds up what primitives ask for, before they are added.
+    ///
+    /// - `demand`: what the file asks for without them.
+    pub(super) fn check_demand(
+        &mut self,
+        chosen: &[Shown<'_>],
+        mut demand: Demand,
+    ) -> Result<(), SceneMeshError> {
+        let (mut primitives, mut vertices, mut triangles) = (0_u64, 0_u64, 0_u64);
+        let (mut known, mut known_uv) = (HashSet::new(), HashSet::new());
+        for shown in chosen {
+            let instances = self.hierarchy.nodes[shown.node].instances().len() as u64;
+            let times = |count: u64| count.saturating_mul(instances);
+            let attributes = &shown.primitive.attributes;
+            primitives = primitives.saturating_add(instances);
+            let uv = attributes.get(&format!("TEXCOORD_{}", self.set(shown)?));
+            // Without UV coordinates it is only counted.
+            let Some(&uv) = uv else { continue };
+            triangles = triangles.saturating_add(times(self.document.triangles(shown.primitive).1));
+            let count = self.document.vertices(shown.primitive);
+            if known.insert((shown.node, self.alike(shown))) {
+                vertices = vertices.saturating_add(times(count));
+            }
+            if known_uv.insert((shown.node, uv, shown.primitive.material)) {
+                demand.add(Purpose::Geometry, times(count), MESH_UV);
+            }
+        }
+        too_many("primitives, of all nodes and instances", primitives, MAX_PRIMITIVES)?;
+        too_many("vertices, of all nodes and instances", vertices, MAX_VERTICES)?;
+        too_many("triangles, of all nodes and instances", triangles, MAX_TRIANGLES)?;
+        demand.add(Purpose::Geometry, vertices, MESH_VERTEX);
+        demand.add(Purpose::Geometry, triangles, MESH_TRIANGLE);
+        Ok(demand.check()?)
+    }
+
+    /// The first primitive of its mesh whose vertices are the same.
+    fn alike(&mut self, shown: &Shown<'_>) -> usize {
+        let first = self.first_alike.entry(shown.mesh);
+        first.or_insert_with(|| first_alike(&self.document.meshes[shown.mesh].primitives))
+            [shown.number]
+    }
+
     pub(super) fn add(
         &mut self,
         shown: &Shown<'_>,
@@ -104,8 +147,6 @@ impl<'a> Gatherer<'a> {
         let triangles = read_triangles(shown.primitive, count, &place, accessors)?;
         let (hierarchy, start) = (self.hierarchy, self.faces.len());
         let node = &hierarchy.nodes[shown.node];
-        let total = start + node.instances().len() * triangles.len();
-        too_many("triangles", total as u64, MAX_TRIANGLES)?;
         for (index, instance) in node.instances().iter().enumerate() {
             let is_mirrored = self.pose(shown.node, instance).is_mirrored;
             let moved = (index * count) as u32;
@@ -133,11 +174,7 @@ impl<'a> Gatherer<'a> {
         shown: &Shown<'_>,
         accessors: &mut Accessors<'_>,
     ) -> Result<(u32, usize), SceneError> {
-        let alike = self
-            .first_alike
-            .entry(shown.mesh)
-            .or_insert_with(|| first_alike(&self.document.meshes[shown.mesh].primitives));
-        let key = (shown.node, alike[shown.number]);
+        let key = (shown.node, self.alike(shown));
         if let Some(&known) = self.vertices_of.get(&key) {
             return Ok(known);
         }
@@ -146,8 +183,6 @@ impl<'a> Gatherer<'a> {
         let primitive =
             read_vertices(shown.primitive, &node.weights, node.skin.is_some(), accessors)?;
         let count = primitive.positions.len();
-        let total = self.positions.len() + node.instances().len() * count;
-        too_many("vertices", total as u64, MAX_VERTICES)?;
         if let Some(skin) = node.skin {
             check_influences(&primitive, shown.node, (shown.mesh, skin), self.skins)?;
             let transforms = || self.skins[skin].transforms(&self.world);

@@ -17,7 +17,8 @@ use uvgraft_io::textured::TexturedMesh;
 use self::gather::Gatherer;
 use self::image_names::ImageNames;
 use super::accessor::Accessors;
-use super::asset::{Asset, MAX_BYTES, folder_of};
+use super::asset::{Asset, folder_of};
+use super::budget::MAX_BYTES;
 use super::error::{SceneError, known};
 use super::{Hierarchy, geometry, skins, unpack};
 
@@ -113,6 +114,10 @@ fn read_in(
 ) -> Result<TexturedMesh, SceneMeshError> {
     let mut asset = Asset::for_geometry(bytes, folder)?;
     let mut buffers = asset.buffers()?;
+    let mut demand = asset.demand();
+    demand.add_nodes(&asset.document)?;
+    demand.add_unpacked(&asset.document)?;
+    demand.check()?;
     unpack::unpack(&mut asset.document, &mut buffers)?;
     let document = &asset.document;
     let mut accessors = Accessors::new(document, &buffers);
@@ -121,6 +126,7 @@ fn read_in(
     let skins = skins(document, &mut accessors)?;
     let image_names = ImageNames::new(document, &accessors);
     let mut gatherer = Gatherer::new(document, &hierarchy, &skins, choice.uv_set, image_names);
+    gatherer.check_demand(&chosen, demand)?;
     for primitive in &chosen {
         gatherer.add(primitive, &mut accessors)?;
     }

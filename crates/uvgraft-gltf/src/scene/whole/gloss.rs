@@ -4,6 +4,8 @@
 //! Khronos, "KHR_materials_specular", "Conversions": as the index of refraction goes to infinity,
 //! the reflectance at normal incidence becomes the specular colour itself.
 
+use std::collections::HashMap;
+
 use serde_json::{Value, json};
 use uvgraft::{Channels, Depth, Encoding, Texels, Texture};
 
@@ -28,6 +30,7 @@ pub(super) fn resolve(
     file: &mut File,
 ) -> Result<(), SceneError> {
     let mut resolved = false;
+    let mut known = HashMap::new();
     for (index, material) in asset.document.materials.iter().enumerate() {
         let Some(gloss) = &material.extensions.specular_glossiness else { continue };
         resolved = true;
@@ -48,7 +51,13 @@ pub(super) fn resolve(
         let texture = &own["specularGlossinessTexture"];
         if !texture.is_null() {
             specular["specularColorTexture"] = texture.clone();
-            if let Some(rough) = roughness(gloss, json, asset, accessors, file)? {
+            let key = roughness_key(gloss);
+            let made = match known.get(&key) {
+                Some(&made) => made,
+                None => roughness(gloss, json, asset, accessors, file)?,
+            };
+            known.insert(key, made);
+            if let Some(rough) = made {
                 let mut texture = texture.clone();
                 texture["index"] = rough.into();
                 pbr["metallicRoughnessTexture"] = texture;
@@ -73,6 +82,12 @@ pub(super) fn resolve(
     Ok(())
 }
 
+/// Equal where textures of the roughness are equal.
+fn roughness_key(gloss: &SpecularGlossiness) -> (Option<u32>, u32) {
+    let texture = gloss.specular_glossiness_texture.as_ref().map(|info| info.index);
+    (texture, gloss.glossiness_factor.unwrap_or(1.0).to_bits())
+}
+
 /// Adds a texture whose green channel is 1 minus the glossiness; returns its index in the new file.
 fn roughness(
     gloss: &SpecularGlossiness,
@@ -88,8 +103,7 @@ fn roughness(
     let place = format!("image {source}");
     let image = find(&document.images, source, "image", "a texture")?;
     let bytes = images::bytes(image, asset, accessors, &place)?;
-    images::size(&bytes, source)?;
-    let picture = images::decode(&bytes, source)?;
+    let picture = file.decode(&bytes, source)?;
     let size = picture.size();
     let factor = gloss.glossiness_factor.unwrap_or(1.0);
     let mut texels = Vec::with_capacity(3 * size.texels());
@@ -101,7 +115,7 @@ fn roughness(
     }
     let texture = Texture::new(size, Channels::Rgb, Encoding::Data, Texels::U8(texels))
         .map_err(|error| SceneError::content(place.as_str(), error.to_string()))?;
-    let image = file.add_image(&png(texture, &place)?);
+    let image = file.add_image(&png(texture, &place)?)?;
     let mut new = json["textures"][info.index as usize].clone();
     drop_extensions(&mut new);
     if let Some(extensions) = new.get_mut("extensions").and_then(Value::as_object_mut) {

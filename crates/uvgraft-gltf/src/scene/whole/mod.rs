@@ -6,7 +6,7 @@
 mod gloss;
 
 use std::borrow::Cow;
-use std::collections::BTreeSet;
+use std::collections::{BTreeSet, HashMap};
 use std::path::Path;
 
 use serde_json::{Map, Value, json};
@@ -15,8 +15,9 @@ use uvgraft_io::image::{self, Format, Image, WriteOptions};
 use uvgraft_io::input::{Input, ReadError};
 
 use super::accessor::Accessors;
-use super::asset::{Asset, MAX_BYTES, folder_of};
-use super::check::find;
+use super::asset::{Asset, parse_within};
+use super::budget::{Budget, Demand, MAX_BYTES, MAX_TEXELS, Purpose};
+use super::check::{find, too_many};
 use super::document::Document;
 use super::error::SceneError;
 use super::images;
@@ -39,23 +40,39 @@ const RESOLVED: [&str; 5] = [
 /// # Errors
 /// As [`super::Scene::load`]; parts that need no conversion are not validated.
 pub fn whole(input: impl Into<Input>) -> Result<Vec<u8>, ReadError<SceneError>> {
-    let input = input.into();
-    input.parse(MAX_BYTES, |bytes| whole_of(bytes, folder_of(&input)).map(Cow::into_owned))
+    whole_within(input, Budget::default())
+}
+
+/// As [`whole`], with a bound on the memory that the conversion takes.
+///
+/// # Errors
+/// As [`whole`].
+pub fn whole_within(
+    input: impl Into<Input>,
+    budget: Budget,
+) -> Result<Vec<u8>, ReadError<SceneError>> {
+    parse_within(&input.into(), budget, |bytes, folder| {
+        whole_of(bytes, folder, budget).map(Cow::into_owned)
+    })
 }
 
 pub(super) fn whole_of<'a>(
     bytes: &'a [u8],
     folder: Option<&'a Path>,
+    budget: Budget,
 ) -> Result<Cow<'a, [u8]>, SceneError> {
-    let mut asset = Asset::new(bytes, folder)?;
+    let mut asset = Asset::new(bytes, folder, budget)?;
     if is_glb(bytes) && is_whole(&asset.document) {
         return Ok(Cow::Borrowed(bytes));
     }
     let mut buffers = asset.buffers()?;
+    let mut demand = asset.demand();
+    demand.add_unpacked(&asset.document)?;
+    demand.check()?;
     unpack(&mut asset.document, &mut buffers)?;
     let accessors = Accessors::new(&asset.document, &buffers);
     let mut json: Value = serde_json::from_slice(asset.json)?;
-    let mut file = File { binary: Vec::new(), views: Vec::new() };
+    let mut file = File::new(demand);
     file.copy_views(&mut json, &asset.document, &accessors)?;
     update_accessors(&mut json, &asset.document);
     each(&mut json, "meshes", |mesh| {
@@ -88,27 +105,64 @@ fn is_whole(document: &Document) -> bool {
 struct File {
     binary: Vec<u8>,
     views: Vec<Value>,
+    /// Texels of the images that were converted.
+    texels: u64,
+    /// What the conversion asks for.
+    demand: Demand,
 }
 
+/// A range of a buffer: its start and its length in bytes.
+type Range = (u32, u64, u64);
+
 impl File {
-    /// Appends bytes as a view; returns its index.
-    fn add(&mut self, bytes: &[u8], mut view: Value) -> usize {
-        view["buffer"] = 0.into();
-        view["byteOffset"] = self.binary.len().into();
-        view["byteLength"] = bytes.len().into();
+    /// - `demand`: what is asked for so far.
+    fn new(demand: Demand) -> Self {
+        Self { binary: Vec::new(), views: Vec::new(), texels: 0, demand }
+    }
+
+    /// Appends bytes as a view; returns its index. They have been admitted.
+    fn add(&mut self, bytes: &[u8], view: Value) -> usize {
+        let start = self.binary.len();
         self.binary.extend(bytes);
         self.binary.resize(self.binary.len().next_multiple_of(4), 0);
+        self.add_view(start, bytes.len(), view)
+    }
+
+    fn add_view(&mut self, start: usize, length: usize, mut view: Value) -> usize {
+        view["buffer"] = 0.into();
+        view["byteOffset"] = start.into();
+        view["byteLength"] = length.into();
         self.views.push(view);
         self.views.len() - 1
     }
 
-    fn add_image(&mut self, bytes: &[u8]) -> Value {
+    /// Checks that so many bytes may be appended: they are in the buffer and in the file made of it.
+    fn admit(&mut self, bytes: u64) -> Result<(), SceneError> {
+        self.demand.add(Purpose::Structure, bytes, 2);
+        self.demand.check()?;
+        too_many("bytes in the uncompressed file", self.binary.len() as u64 + bytes, MAX_BYTES)
+    }
+
+    /// Decodes an image that is to be stored in another way.
+    fn decode(&mut self, bytes: &[u8], number: u32) -> Result<Texture, SceneError> {
+        let images::Extent { size, bytes_each } = images::extent(bytes, number)?;
+        let texels = size.texels() as u64;
+        self.texels += texels;
+        too_many("texels of images", self.texels, MAX_TEXELS)?;
+        // Those that are made of it, and their encoder's.
+        self.demand.pass(Purpose::Images, texels * (2 * bytes_each + 2 * 4 + 4));
+        self.demand.check()?;
+        images::decode(bytes, number)
+    }
+
+    fn add_image(&mut self, bytes: &[u8]) -> Result<Value, SceneError> {
+        self.admit(bytes.len() as u64)?;
         let kind = match Format::detect(bytes) {
             Some(Format::Jpeg) => "image/jpeg",
             Some(Format::WebP) => "image/webp",
             _ => "image/png",
         };
-        json!({ "bufferView": self.add(bytes, json!({})), "mimeType": kind })
+        Ok(json!({ "bufferView": self.add(bytes, json!({})), "mimeType": kind }))
     }
 
     /// Copies all views in order; those compressed by Draco become placeholders.
@@ -125,18 +179,35 @@ impl File {
                 compressed.extend(view.as_u64());
             });
         });
-        for (index, view) in (0..).zip(&document.buffer_views) {
+        let mut total = 0_u64;
+        let mut starts: HashMap<Range, Option<usize>> = HashMap::new();
+        for (index, view) in (0_u32..).zip(&document.buffer_views) {
+            let range = (view.buffer, view.byte_offset, view.byte_length);
+            if !compressed.contains(&u64::from(index)) && starts.insert(range, None).is_none() {
+                total = total.saturating_add(view.byte_length);
+            }
+        }
+        self.admit(total)?;
+        for (index, view) in (0_u32..).zip(&document.buffer_views) {
             let own = json.pointer_mut(&format!("/bufferViews/{index}"));
             let mut own = own.map_or_else(|| json!({}), Value::take);
             drop_extensions(&mut own);
             if let Some(stride) = view.byte_stride {
                 own["byteStride"] = stride.into();
             }
-            let bytes = match compressed.contains(&u64::from(index)) {
-                true => &[0; 4][..],
-                false => accessors.view(index, &format!("buffer view {index}"))?.0,
-            };
-            self.add(bytes, own);
+            if compressed.contains(&u64::from(index)) {
+                self.add(&[0; 4], own);
+                continue;
+            }
+            let bytes = accessors.view(index, &format!("buffer view {index}"))?.0;
+            let start =
+                starts.entry((view.buffer, view.byte_offset, view.byte_length)).or_default();
+            if let Some(start) = *start {
+                self.add_view(start, bytes.len(), own);
+            } else {
+                *start = Some(self.binary.len());
+                self.add(bytes, own);
+            }
         }
         Ok(())
     }
@@ -158,6 +229,7 @@ impl File {
             }
             drop_extensions(texture);
         }
+        let mut embedded: HashMap<&String, Value> = HashMap::new();
         for index in used {
             let place = format!("image {index}");
             let image = find(&asset.document.images, index, "image", "a texture")?;
@@ -170,11 +242,13 @@ impl File {
                 }
             };
             if images::is_ktx2(&bytes) {
-                images::size(&bytes, index)?;
-                let png = png(images::decode(&bytes, index)?, &place)?;
-                put(self.add_image(&png));
-            } else if image.uri.is_some() {
-                put(self.add_image(&bytes));
+                let png = png(self.decode(&bytes, index)?, &place)?;
+                put(self.add_image(&png)?);
+            } else if let Some(uri) = &image.uri {
+                let known = embedded.get(uri).cloned();
+                let added = known.map_or_else(|| self.add_image(&bytes), Ok)?;
+                embedded.insert(uri, added.clone());
+                put(added);
             }
         }
         Ok(())
