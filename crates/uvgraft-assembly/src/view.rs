@@ -5,7 +5,7 @@ use std::path::Path;
 use uvgraft_gltf::scene::{PoseRequest, Scene, whole_within};
 use uvgraft_io::image::{self, ImageError};
 use uvgraft_io::input::Input;
-use uvgraft_pipeline::{Blame, Failure, Result};
+use uvgraft_pipeline::{Blame, Failure, Result, check_memory};
 use uvgraft_render::Bounds;
 use uvgraft_viewer::{Glb, LookAt, PAGE, Page, Picture, Template};
 
@@ -95,18 +95,36 @@ impl ViewRequest {
             .map(|input| {
                 let bytes = input.read(MAX_TEXTURE_BYTES).or_input();
                 let bytes = bytes.map_err(|failure| failure.context(input))?;
-                Ok((input, file_name(input), bare_picture(input, &bytes)?))
+                Ok((input, file_name(input), self.bare_picture(input, &bytes)?))
             })
             .collect::<Result<Vec<_>>>()?;
         let textures =
             files.iter().map(|(input, name, bytes)| Ok((&**name, picture(input, bytes)?)));
         let textures = textures.collect::<Result<Vec<_>>>()?;
-        let page = Page { name: &file_name(&self.avatar), model, textures, look_at };
         let pictures = textures.iter().map(|(_, picture)| picture.bytes().len());
         let embedded = bytes.len() + pictures.sum::<usize>();
+        let page = Page { name: &file_name(&self.avatar), model, textures, look_at };
         let mut html = Vec::with_capacity(embedded / 3 * 4 + PAGE_BYTES as usize);
         page.write(&template, &mut html).or_work()?;
         Ok(html)
+    }
+
+    /// The file of a texture that browsers show, without metadata.
+    fn bare_picture(&self, input: &Input, bytes: &[u8]) -> Result<Vec<u8>> {
+        picture(input, bytes)?;
+        if let (Some(memory), Ok(header)) = (self.memory, image::decode_header(bytes)) {
+            let needed = (bytes.len() as u64).saturating_add(header.decoding_bytes);
+            let checked = check_memory("a texture", memory, needed);
+            checked.map_err(|failure| failure.context(input))?;
+        }
+        // Browsers show formats that are unsupported here, but nothing of a damaged file.
+        if let Err(error @ (ImageError::Truncated { .. } | ImageError::Damaged { .. })) =
+            image::decode(bytes)
+        {
+            return Err(Failure::input(format!("{input}: {error}")));
+        }
+        image::without_metadata(bytes)
+            .ok_or_else(|| Failure::input(format!("{input}: the file's parts do not fit together")))
     }
 }
 
@@ -117,19 +135,6 @@ fn template() -> Result<&'static str> {
              then cargo install --path crates/uvgraft-cli --features viewer",
         )
     })
-}
-
-/// The file of a texture that browsers show, without metadata.
-fn bare_picture(input: &Input, bytes: &[u8]) -> Result<Vec<u8>> {
-    picture(input, bytes)?;
-    // Browsers show formats that are unsupported here, but nothing of a damaged file.
-    if let Err(error @ (ImageError::Truncated { .. } | ImageError::Damaged { .. })) =
-        image::decode(bytes)
-    {
-        return Err(Failure::input(format!("{input}: {error}")));
-    }
-    image::without_metadata(bytes)
-        .ok_or_else(|| Failure::input(format!("{input}: the file's parts do not fit together")))
 }
 
 /// A texture that browsers show.
