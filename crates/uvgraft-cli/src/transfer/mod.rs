@@ -15,7 +15,7 @@ use uvgraft_assembly::pair_picture;
 use uvgraft_io::image::{Format, WriteOptions};
 use uvgraft_pipeline::{
     BaseSource, Correspondence, Existing, Input, Inputs, MaterialMap, Role, Shard, TextureList,
-    Transfer, Values,
+    Transfer, Values, parse_memory,
 };
 
 use crate::blending::BlendArgs;
