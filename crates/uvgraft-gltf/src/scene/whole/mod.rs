@@ -143,16 +143,15 @@ impl File {
         too_many("bytes in the uncompressed file", self.binary.len() as u64 + bytes, MAX_BYTES)
     }
 
-    /// Decodes an image that is to be stored in another way.
-    fn decode(&mut self, bytes: &[u8], number: u32) -> Result<Texture, SceneError> {
-        let images::Extent { size, bytes_each } = images::extent(bytes, number)?;
+    /// Counts an image that is to be decoded, in order to be stored in another way.
+    fn count(&mut self, bytes: &[u8], number: u32) -> Result<(), SceneError> {
+        let images::Extent { size, bytes_each, .. } = images::extent(bytes, number)?;
         let texels = size.texels() as u64;
         self.texels += texels;
         too_many("texels of images", self.texels, MAX_TEXELS)?;
         // Those that are made of it, and their encoder's.
         self.demand.pass(Purpose::Images, texels * (2 * bytes_each + 2 * 4 + 4));
-        self.demand.check()?;
-        images::decode(bytes, number)
+        self.demand.check()
     }
 
     fn add_image(&mut self, bytes: &[u8]) -> Result<Value, SceneError> {
@@ -229,11 +228,20 @@ impl File {
             }
             drop_extensions(texture);
         }
+        let stored = |index: u32| {
+            let image = find(&asset.document.images, index, "image", "a texture")?;
+            let bytes = images::bytes(image, asset, accessors, &format!("image {index}"))?;
+            Ok::<_, SceneError>((image, bytes))
+        };
+        for &index in &used {
+            let (_, bytes) = stored(index)?;
+            if images::is_ktx2(&bytes) {
+                self.count(&bytes, index)?;
+            }
+        }
         let mut embedded: HashMap<&String, Value> = HashMap::new();
         for index in used {
-            let place = format!("image {index}");
-            let image = find(&asset.document.images, index, "image", "a texture")?;
-            let bytes = images::bytes(image, asset, accessors, &place)?;
+            let (image, bytes) = stored(index)?;
             let mut put = |image: Value| {
                 let name = json["images"][index as usize]["name"].take();
                 json["images"][index as usize] = image;
@@ -242,7 +250,7 @@ impl File {
                 }
             };
             if images::is_ktx2(&bytes) {
-                let png = png(self.decode(&bytes, index)?, &place)?;
+                let png = png(images::decode(&bytes, index)?, &format!("image {index}"))?;
                 put(self.add_image(&png)?);
             } else if let Some(uri) = &image.uri {
                 let known = embedded.get(uri).cloned();
