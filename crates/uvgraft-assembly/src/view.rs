@@ -145,9 +145,7 @@ fn picture<'a>(input: &Input, bytes: &'a [u8]) -> Result<Picture<'a>> {
 /// Bytes that a texture takes while it is decoded.
 fn decoded_bytes(bytes: &[u8]) -> u64 {
     let header = image::decode_header(bytes).ok();
-    header.map_or(0, |header| {
-        2 * (header.size.texels() * header.channels.count() * header.depth.bytes()) as u64
-    })
+    header.map_or(0, |header| header.decoding_bytes)
 }
 
 fn file_name(input: &Input) -> String {

@@ -183,15 +183,10 @@ pub(super) fn extent(bytes: &[u8], number: u32) -> Result<Extent, SceneError> {
         return Ok(Extent { size: ktx2_size(bytes, number)?, bytes_each: 4, decoding: DECODING });
     }
     let header = image::decode_header(bytes);
-    let image::Header { size, channels, depth, format } =
+    let image::Header { size, channels, depth, decoding_bytes, .. } =
         header.map_err(|reason| SceneError::Image { index: number as usize, reason })?;
     let bytes_each = (channels.count() * depth.bytes()) as u64;
-    let decoding = match format {
-        // Row by row.
-        Format::Png => 0,
-        Format::Jpeg | Format::WebP => DECODING,
-        _ => 2 * bytes_each,
-    };
+    let decoding = decoding_bytes.div_ceil(size.texels() as u64).saturating_sub(bytes_each);
     Ok(Extent { size, bytes_each, decoding })
 }
 
