@@ -3,7 +3,7 @@
 use std::collections::{HashMap, HashSet};
 
 use uvgraft::{Size, Texture};
-use uvgraft_io::image::{self, DeclaredSpace, Format};
+use uvgraft_io::image::{self, DeclaredSpace};
 
 use super::accessor::Accessors;
 use super::asset::{Asset, Bytes};
