@@ -88,9 +88,9 @@ impl Metric {
         match self {
             // Rows and tiles, hardly more than the stack of a thread.
             Self::L1 | Self::Psnr | Self::Ssim | Self::SsimUniform => 0,
-            // Pictures of its own, as it was given them and in linear light.
-            Self::Ssimulacra2 if of_levels => texels * 26,
-            Self::Ssimulacra2 => texels * 100,
+            // Pictures of its own, as it was given them and in linear light, and parts within a mask.
+            Self::Ssimulacra2 if of_levels => texels * 34,
+            Self::Ssimulacra2 => texels * 140,
             // Blocks of rows, one for each thread.
             Self::Flip => (width << 14) * uvgraft::threads::count() as u64,
             // Strips of the networks' maps.
