@@ -217,7 +217,7 @@ pub fn files() -> Vec<Greedy> {
         file("images", images(), memory, None, None),
         file("bind matrices", bind_matrices(), memory, memory, memory),
         file("channels", channels(), memory, None, memory),
-        file("sets of joints", joint_sets(), memory, None, None),
+        file("sets of joints", joint_sets(), memory, memory, None),
         file("texture coordinates", texture_coordinates(), memory, None, None),
         file("names of a mesh", mesh_name(), None, None, Some("bytes of names")),
         file("names of a material", material_name(), None, None, Some("bytes of names")),
