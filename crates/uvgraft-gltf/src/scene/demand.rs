@@ -93,7 +93,7 @@ impl Document {
     }
 
     /// How often a node draws its mesh.
-    fn instances(&self, node: &Node) -> u64 {
+    pub fn instances(&self, node: &Node) -> u64 {
         let Some(instancing) = &node.extensions.instancing else { return 1 };
         let attributes = &instancing.attributes;
         let known = ["TRANSLATION", "ROTATION", "SCALE"].map(|name| attributes.get(name));
