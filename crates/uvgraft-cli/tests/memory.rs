@@ -134,17 +134,21 @@ fn measuring_is_refused_beyond_the_bound() {
 #[test]
 fn small_scenes_take_little_memory() {
     let bench = Bench::new();
+    let mut much = Vec::new();
     for greedy::Greedy { name, file, .. } in greedy::files() {
         bench.write("greedy.glb", &file);
         let most = 64 + 50 * (file.len() as u64 >> 20);
         for command in ["render -o out.png --size 64", "view --no-open", "inspect", "inspect mesh"]
         {
             let (code, messages, peak) = peak(&bench, &format!("{command} greedy.glb --threads 2"));
-            assert!(peak <= most, "{name}, {command}: {} bytes take {peak} MiB", file.len());
+            if peak > most {
+                much.push(format!("{name}, {command}: {} bytes take {peak} MiB", file.len()));
+            }
             assert!(matches!(code, Some(0 | 2)), "{name}, {command}: {code:?}, {messages}");
             assert!(messages.len() < 1000, "{name}, {command}: {messages}");
         }
     }
+    assert!(much.is_empty(), "{much:#?}");
 }
 
 /// The strip with a sheet of `side` by `side` quads and a texture.

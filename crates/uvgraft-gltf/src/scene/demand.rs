@@ -93,7 +93,7 @@ impl Document {
     }
 
     /// How often a node draws its mesh.
-    fn instances(&self, node: &Node) -> u64 {
+    pub fn instances(&self, node: &Node) -> u64 {
         let Some(instancing) = &node.extensions.instancing else { return 1 };
         let attributes = &instancing.attributes;
         let known = ["TRANSLATION", "ROTATION", "SCALE"].map(|name| attributes.get(name));
@@ -268,6 +268,19 @@ impl Demand {
 }
 
 impl Document {
+    /// Bytes that are needed for a while to find how morph targets and a skin move a primitive's vertices.
+    ///
+    /// - `weights`: targets of weight 0 are not read.
+    pub fn moving_bytes(&self, primitive: &Primitive, weights: &[f32], is_skinned: bool) -> u64 {
+        let vertices = self.vertices(primitive);
+        let targets = primitive.targets.iter().zip(weights).filter(|(_, weight)| **weight != 0.0);
+        let positions = targets.filter_map(|(target, _)| target.get("POSITION"));
+        let moved = positions.map(|&index| self.displaced(index)).fold(0, u64::saturating_add);
+        let sets = if is_skinned { influence_sets(primitive).len() as u64 } else { 0 };
+        let by_joints = vertices.saturating_mul(sets * (INFLUENCES + READ_INFLUENCES));
+        moved.saturating_mul(2 * DISPLACEMENT).saturating_add(by_joints)
+    }
+
     /// How often vertices of a primitive are moved by all of its morph targets and joints.
     fn moves(&self, primitive: &Primitive) -> u64 {
         let targets = primitive.targets.iter().flat_map(|target| target.values());

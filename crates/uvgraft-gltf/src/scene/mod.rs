@@ -121,10 +121,11 @@ struct Hierarchy {
 
 impl Hierarchy {
     /// - `meshes`: may lack their primitives.
+    /// - `accessors`: without them, instances are not read.
     fn new(
         document: &Document,
         meshes: &[Mesh],
-        accessors: &mut Accessors<'_>,
+        accessors: Option<&mut Accessors<'_>>,
     ) -> Result<Self, SceneError> {
         let mut nodes = nodes(document, meshes, accessors)?;
         if document.extensions.vrm0.is_some() && document.extensions.vrm.is_none() {
@@ -194,7 +195,8 @@ impl Scene {
         let appearance = appearance::appearance(&asset, &accessors, demand)?;
         let meshes = geometry::meshes(document, &mut accessors, &appearance.uv_sources)?;
         let vrm0 = &document.extensions.vrm0;
-        let Hierarchy { nodes, order, shown } = Hierarchy::new(document, &meshes, &mut accessors)?;
+        let Hierarchy { nodes, order, shown } =
+            Hierarchy::new(document, &meshes, Some(&mut accessors))?;
         let skins = skins(document, &mut accessors)?;
         check_joints(&shown, &nodes, &meshes, &skins)?;
         let targets: Vec<usize> = nodes.iter().map(|node| node.weights.len()).collect();
@@ -279,7 +281,7 @@ fn demand_of(asset: &Asset<'_>) -> Result<Demand, SceneError> {
 fn nodes(
     document: &Document,
     meshes: &[Mesh],
-    accessors: &mut Accessors<'_>,
+    mut accessors: Option<&mut Accessors<'_>>,
 ) -> Result<Vec<Node>, SceneError> {
     let mut nodes = Vec::with_capacity(document.nodes.len());
     for (index, node) in document.nodes.iter().enumerate() {
@@ -306,7 +308,10 @@ fn nodes(
             mesh: node.mesh.map(|mesh| mesh as usize),
             skin: node.skin.map(|skin| skin as usize),
             weights,
-            instances: instances::read(node, accessors)?,
+            instances: match accessors.as_deref_mut() {
+                Some(accessors) => instances::read(node, accessors)?,
+                None => None,
+            },
         });
     }
     for (parent, node) in document.nodes.iter().enumerate() {

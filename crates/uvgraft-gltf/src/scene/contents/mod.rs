@@ -110,7 +110,7 @@ fn read_in(bytes: &[u8], folder: Option<&Path>) -> Result<Contents, SceneError> 
     let document = &asset.document;
     let json: serde_json::Value = serde_json::from_slice(asset.json)?;
     let mut accessors = Accessors::new(document, &buffers);
-    let hierarchy = Hierarchy::new(document, &geometry::outlines(document)?, &mut accessors)?;
+    let hierarchy = Hierarchy::new(document, &geometry::outlines(document)?, None)?;
     let targets: Vec<usize> = hierarchy.nodes.iter().map(|node| node.weights.len()).collect();
     let clips = clip::clips(document, &mut accessors, &targets)?.into_iter();
     let from_vrm0 = match &document.extensions.vrm0 {
@@ -189,7 +189,7 @@ fn parts(
             let name = |name: Option<&String>| name.cloned().unwrap_or_default();
             let vertices = primitive.attributes.get("POSITION").map(|&it| accessors.count(it));
             let vertices = vertices.transpose()?.unwrap_or(0);
-            let instances = node.instances().len();
+            let instances = instances_of(document, index);
             let triangles = triangles(primitive, vertices, accessors)?;
             parts.push(PartContents {
                 node: node.name.clone(),
@@ -205,6 +205,12 @@ fn parts(
         }
     }
     Ok(parts)
+}
+
+/// How often a node draws its mesh. Nodes that readers add, at the end, have none.
+fn instances_of(document: &Document, node: usize) -> usize {
+    let count = document.nodes.get(node).map_or(1, |node| document.instances(node));
+    usize::try_from(count).unwrap_or(usize::MAX)
 }
 
 /// Number of triangles of a list, a strip or a fan.

@@ -113,6 +113,10 @@ impl<'a> Gatherer<'a> {
             let count = self.document.vertices(shown.primitive);
             if known.insert((shown.node, self.alike(shown))) {
                 vertices = vertices.saturating_add(times(count));
+                let node = &self.hierarchy.nodes[shown.node];
+                let is_skinned = node.skin.is_some();
+                let moving = self.document.moving_bytes(shown.primitive, &node.weights, is_skinned);
+                demand.pass(Purpose::Geometry, moving);
             }
             if known_uv.insert((shown.node, uv, shown.primitive.material)) {
                 demand.add(Purpose::Geometry, times(count), MESH_UV);

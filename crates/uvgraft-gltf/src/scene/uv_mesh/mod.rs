@@ -121,7 +121,7 @@ fn read_in(
     unpack::unpack(&mut asset.document, &mut buffers)?;
     let document = &asset.document;
     let mut accessors = Accessors::new(document, &buffers);
-    let hierarchy = Hierarchy::new(document, &geometry::outlines(document)?, &mut accessors)?;
+    let hierarchy = Hierarchy::new(document, &geometry::outlines(document)?, Some(&mut accessors))?;
     let chosen = choice::chosen(document, &hierarchy, choice.name.as_deref())?;
     let skins = skins(document, &mut accessors)?;
     let image_names = ImageNames::new(document, &accessors);
