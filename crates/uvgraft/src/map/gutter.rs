@@ -130,6 +130,26 @@ impl Edge {
         index(a.min(b) - radius - 0.5)..index(a.max(b) + radius + 0.5)
     }
 
+    /// The range of columns whose centres may be within `radius`, in rows whose centres lie between two
+    /// heights: of a long edge it is the part that is near these rows.
+    pub fn columns_near(&self, [top, bottom]: [f64; 2], radius: f64, width: u32) -> Range<u32> {
+        if self.is_far() {
+            return self.reach(0, radius, width);
+        }
+        /// More than rounding moves what is not far away.
+        const SLACK: f64 = 0.01;
+        let at = |height: f64| ((height - self.from[1]) / self.along[1]).clamp(0.0, 1.0);
+        let [first, last] = if self.along[1] == 0.0 {
+            [0.0, 1.0]
+        } else {
+            [at(top - radius - SLACK), at(bottom + radius + SLACK)]
+        };
+        let [a, b] = [first, last].map(|t| self.from[0] + t * self.along[0]);
+        let index = |edge: f64| (edge.ceil() as u32).min(width);
+        let radius = radius + SLACK;
+        index(a.min(b) - radius - 0.5)..index(a.max(b) + radius + 0.5)
+    }
+
     /// Whether the edge is so far away, or so long, that distances from it are inexact.
     pub fn is_far(&self) -> bool {
         let near = |axis: usize| self.from[axis].abs() + self.along[axis].abs() < FAR_PX;
