@@ -41,11 +41,7 @@ fn matches(others: &[Keyed], corners: [u32; 3], is_turned: bool) -> Matches {
 /// - `ring`: the points of a polygon's corners.
 /// - `others`: sorted.
 /// - `is_turned`: whether the other mesh is inside out, compared with the polygon's.
-pub(super) fn matches_by_triangle(
-    ring: &[u32],
-    others: &[Keyed],
-    is_turned: bool,
-) -> Vec<Matches> {
+pub(super) fn matches_by_triangle(ring: &[u32], others: &[Keyed], is_turned: bool) -> Vec<Matches> {
     let of_apex = |apex: usize| {
         let at = |k: usize| ring[(apex + k) % ring.len()];
         let triangles = (1..ring.len() - 1).map(|k| [at(0), at(k), at(k + 1)]);
@@ -145,9 +141,8 @@ mod tests {
         let ring: Vec<u32> = (0..100_000).collect();
         let apex = 70_001;
         let at = |k: usize| ring[(apex + k) % ring.len()];
-        let mut others: Vec<Keyed> = (1..ring.len() - 1)
-            .map(|k| Keyed::new([at(0), at(k), at(k + 1)], k as u32))
-            .collect();
+        let mut others: Vec<Keyed> =
+            (1..ring.len() - 1).map(|k| Keyed::new([at(0), at(k), at(k + 1)], k as u32)).collect();
         others.sort_unstable();
         let found = AtEdges::new(&others).matches(&ring, false);
         assert_eq!(found[apex], (ring.len() - 2, ring.len() - 2));

@@ -496,6 +496,27 @@ mod tests {
         }
     }
 
+    /// Each island of a staircase owns a column, and loses all columns to its right to others.
+    #[test]
+    fn of_islands_all_over_each_other_a_part_of_the_pairs_is_looked_at() {
+        const STEPS: usize = 700;
+        let step = |k: usize| [1.0 - (k + 1) as f32 / STEPS as f32, 0.0, 1.0, 1.0];
+        let mesh = squares(&std::array::from_fn::<_, STEPS, _>(step));
+        let layout = LayoutTriangles::new(&mesh, Size::new(STEPS as u32, 32));
+        let precedence = Precedence::new(&mesh, Prefer::First);
+        let mut sweep = Sweep::new(STEPS as u32);
+        sweep.cover_all(&layout, &precedence, 0);
+        // One by one, each of 16 rows has about 245,000.
+        let added = sweep.clashes.added;
+        assert!(added < (1 << 20) + 16 * 2 * STEPS, "{added}");
+        // Their texels have one owner each all the same, and all are covered.
+        assert_eq!(sweep.spans.row(3).len(), STEPS);
+        assert!((0..16).all(|row| bits::gaps(sweep.covered(row), STEPS as u32).next().is_none()));
+        let clashes = sweep.take_clashes();
+        assert!(clashes.len() > STEPS && clashes.len() <= STEPS * STEPS / 2);
+        assert!(clashes.iter().all(|&(owner, loser)| owner < loser));
+    }
+
     #[test]
     fn spans_are_disjoint_and_sorted_whatever_the_block() {
         let mut rng = fastrand::Rng::with_seed(2);

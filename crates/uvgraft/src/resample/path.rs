@@ -14,8 +14,7 @@ use crate::threads::map_indices;
 const MAX_SAMPLES: f64 = 32.0;
 
 /// Samples that texels may take on average, for each texel of both textures: a source that a target shows
-/// once takes about as many as it has texels, one that it repeats ten times in both directions, at its
-/// full size, PLACEHOLDER
+/// once takes at most as many as it has texels. Noise would take 500, which is 40 seconds for 512² texels.
 const MEAN_SAMPLES: u64 = 64;
 
 /// Rows whose samples are counted at once.

@@ -8,7 +8,7 @@ use super::matrix::Matrix;
 
 /// A symmetric positive definite matrix.
 #[derive(Debug)]
-pub(super) struct Iterative {
+pub(crate) struct Iterative {
     matrix: Matrix,
     /// The inverse of each value on the diagonal; 0 where it is not positive.
     scales: Vec<f64>,

@@ -132,10 +132,7 @@ impl SparseCholesky {
     ///
     /// # Errors
     /// [`Filled`].
-    pub fn ordered(
-        Order(order): &Order,
-        entries: &[(u32, u32, f64)],
-    ) -> Result<Self, Filled> {
+    pub fn ordered(Order(order): &Order, entries: &[(u32, u32, f64)]) -> Result<Self, Filled> {
         let rows = order.len();
         let permuted = |permuted_row: &[u32]| {
             let lower = entries.iter().filter_map(|&(row, column, value)| {
@@ -244,6 +241,35 @@ mod tests {
                 .map(move |(dx, dy)| (at, at + dx + dy * side))
         });
         symmetric(side * side, all.map(|(a, b)| (a, b, 0.1 + rng.f64())))
+    }
+
+    /// Every row connected to four others anywhere.
+    fn random(rows: u32) -> Vec<(u32, u32, f64)> {
+        let mut rng = fastrand::Rng::with_seed(8);
+        let edges = (0..4 * rows).map(|k| (k / 4, rng.u32(..rows), 0.1 + rng.f64()));
+        symmetric(rows, edges.filter(|(a, b, _)| a != b).collect::<Vec<_>>().into_iter())
+    }
+
+    #[test]
+    fn factors_that_would_fill_up_are_not_computed() {
+        let rows = 12_000;
+        let entries = random(rows);
+        assert_eq!(SparseCholesky::new(rows as usize, &entries).err(), Some(Filled));
+        // Conjugate gradients find the solution, of each right-hand side.
+        let solver = Solver::new(rows as usize, &entries);
+        assert!(!solver.is_direct() && solver.is_sound());
+        let right: Vec<[f64; 3]> = (0..rows)
+            .map(|row| [f64::from(row % 7) - 3.0, 0.0, f64::from(u8::from(row == 9))])
+            .collect();
+        let found = solver.solve(&right).unwrap();
+        assert!(residual(&entries, &found, &right) < 1e-6);
+        assert!(found.iter().all(|values| values[1] == 0.0));
+        assert_eq!(solver.solve(&right).unwrap(), found);
+        // A surface with as many points is factorised, and one point that all others are connected to
+        // fills nothing up.
+        assert!(Solver::new(110 * 110, &grid(110)).is_direct());
+        let star = symmetric(rows, (1..rows).map(|row| (0, row, 1.0)));
+        assert!(Solver::new(rows as usize, &star).is_direct());
     }
 
     #[test]

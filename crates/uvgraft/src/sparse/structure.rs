@@ -11,8 +11,8 @@ use super::matrix::Matrix;
 /// Values and multiplications that any factors may take, so that small systems need no care.
 const LEAST_VALUES: f64 = 1e6;
 const LEAST_PRODUCTS: f64 = 5e8;
-/// And those for each column, and for each column to the power of 1.5, by which factors of surfaces
-/// grow: PLACEHOLDER
+/// And those for each column, and for columns to the power of 1.5, as which those of surfaces grow. The
+/// membrane of a body takes 16 and 6, the bending of 20,000 points of a head 130 and 220.
 const VALUES_PER_COLUMN: f64 = 1000.0;
 const PRODUCTS_PER_COLUMN: f64 = 1000.0;
 

@@ -314,8 +314,7 @@ mod tests {
         let faces = ball.faces.clone();
         let aligned = Similarity::IDENTITY;
         let (balls, effort) = ([Vec::new(), vec![ball]], Effort::unlimited());
-        let kinds =
-            Kinds::new([skin, &shape], balls, &[], |point| point, &aligned, 1.0, &effort);
+        let kinds = Kinds::new([skin, &shape], balls, &[], |point| point, &aligned, 1.0, &effort);
         assert!(kinds.moves.is_empty());
         let kind_of = |least: f64, most: f64| {
             let mut there = faces.iter().map(|&face| face as usize).filter(|&triangle| {

@@ -28,7 +28,7 @@ pub(super) struct Grown {
     pub contradictions: usize,
 }
 
-/// The steps that a search may still take: polygons that are matched, or points that are compared.
+/// The steps that a search may still take: polygons that are matched, and points that are compared.
 #[derive(Debug)]
 pub(super) struct Work {
     left: u64,
@@ -94,14 +94,15 @@ impl Match {
         let mut queue = Queue::default();
         queue.push(0, seed);
         while let Some((strain, halves)) = queue.pop() {
-            if !work.take(1) {
-                self.undo(&grown);
-                return None;
-            }
             let rings = [0, 1].map(|side| nets[side].ring_of[halves[side] as usize]);
             if self.ring[rings[0] as usize] != NONE {
                 grown.contradictions += usize::from(self.ring[rings[0] as usize] != rings[1]);
                 continue;
+            }
+            let corners = nets[0].halves(rings[0]).len();
+            if !work.take(1 + corners / 8) {
+                self.undo(&grown);
+                return None;
             }
             if !self.add(nets, halves, &mut grown) {
                 grown.contradictions += 1;

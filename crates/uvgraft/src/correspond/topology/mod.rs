@@ -240,9 +240,13 @@ struct Search<'a> {
     work: Work,
 }
 
+/// So many ways to match a component are too many to grow all: spheres that artists make have up to 256.
+const MANY_WAYS: usize = 256;
+
 /// How many steps a search may take.
 fn most_steps(nets: [&Net; 2]) -> u64 {
-    /// PLACEHOLDER
+    /// Heads are found in bodies and in themselves in 1 to 2 for each polygon. A sphere of 128 by 64 quads,
+    /// which has to be grown in 256 ways, takes 256.
     const PER_RING: usize = 256;
     const LEAST: usize = 1 << 19;
     (LEAST + PER_RING * (nets[0].rings() + nets[1].rings())) as u64
@@ -337,9 +341,6 @@ impl<'a> Search<'a> {
     fn grow_by_position(&mut self, rings: &[u32], aligned: Option<Similarity>) -> Option<usize> {
         /// How much farther off the second best must be.
         const CLEARLY: f64 = 1.05;
-        /// Points are in the same place up to rounding. Two ways that fit so well are a symmetry, and
-        /// none of the others is clearly better.
-        const EXACT: f64 = 1e-5;
         let halves = rings.iter().flat_map(|&ring| self.nets[0].halves(ring));
         let looked_at = Cell::new(0);
         let is_free = |half: u32| {
@@ -350,9 +351,12 @@ impl<'a> Search<'a> {
         // Looking at a half-edge is a small part of matching two polygons.
         self.work.take(looked_at.get() / 64);
         let (half, others) = found?;
+        let count = others.len();
         let others = self.nearest_first(half, others, aligned);
+        if count > MANY_WAYS && self.grow_in_place(half, &others, rings.len(), aligned) {
+            return Some(count);
+        }
         let mut ways: Vec<(f64, u32)> = Vec::new();
-        let mut exact = 0;
         for other in others {
             let grown = self.matched.grow(self.nets, [half, other], &mut self.work);
             let Some(grown) = grown else { continue };
@@ -361,13 +365,9 @@ impl<'a> Search<'a> {
                 let misfit =
                     transform.map_or(f64::INFINITY, |found| self.misfit(&grown.points, &found));
                 self.work.take(grown.points.len());
-                exact += usize::from(misfit < EXACT);
                 ways.push((misfit, other));
             }
             self.matched.undo(&grown);
-            if exact > 1 {
-                return None;
-            }
         }
         if self.work.is_done() {
             return None;
@@ -382,7 +382,8 @@ impl<'a> Search<'a> {
         Some(ways.len())
     }
 
-    /// The counterparts of a half-edge that lie closest to where alignment puts it, or to where it is.
+    /// The counterparts of a half-edge, those that lie closest to where alignment puts it, or to where it
+    /// is, first. Of many only these.
     fn nearest_first(
         &mut self,
         half: u32,
@@ -391,25 +392,58 @@ impl<'a> Search<'a> {
     ) -> Vec<u32> {
         /// More ways than any sphere that an artist makes has.
         const MOST_WAYS: usize = 4096;
-        /// The same where it is known where they belong: hundreds of hair cards may be alike.
-        const MOST_ALIGNED: usize = 256;
+        /// The same where it is known where they belong: thousands of hair cards may be alike.
+        const MOST_ALIGNED: usize = 64;
+        let mut sorted: Vec<(f64, u32)> =
+            others.iter().map(|&other| (self.apart(half, other, aligned), other)).collect();
+        sorted.sort_unstable_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
+        if sorted.len() > MANY_WAYS {
+            sorted.truncate(if aligned.is_some() { MOST_ALIGNED } else { MOST_WAYS });
+        }
+        // Comparing two places is a small part of matching two polygons.
+        self.work.take(others.len() / 16);
+        sorted.into_iter().map(|(_, other)| other).collect()
+    }
+
+    /// How far a target half-edge is from where alignment puts a source half-edge, or from where it is:
+    /// the sum of the squared distances of their ends.
+    fn apart(&self, half: u32, other: u32, aligned: Option<Similarity>) -> f64 {
         let ends = |side: usize, half: u32| {
             let net = self.nets[side];
             [half, net.next(half)]
                 .map(|half| self.positions[side][net.points[half as usize] as usize])
         };
-        let place = ends(0, half).map(|at| aligned.map_or(at, |aligned| aligned.apply(at)));
-        let apart = |&other: &u32| {
-            let [from, to] = ends(1, other);
-            place[0].distance_squared(from) + place[1].distance_squared(to)
+        let [from, to] = ends(0, half).map(|at| aligned.map_or(at, |aligned| aligned.apply(at)));
+        let [other_from, other_to] = ends(1, other);
+        from.distance_squared(other_from) + to.distance_squared(other_to)
+    }
+
+    /// Matches a component to where it is, if a half-edge's first counterpart does so and no other is as
+    /// near: no other way can be better.
+    fn grow_in_place(
+        &mut self,
+        half: u32,
+        others: &[u32],
+        rings: usize,
+        aligned: Option<Similarity>,
+    ) -> bool {
+        /// Rounding of positions, relative to the size of a component.
+        const EXACT: f64 = 1e-6;
+        let &[first, second, ..] = others else { return false };
+        let Some(grown) = self.matched.grow(self.nets, [half, first], &mut self.work) else {
+            return false;
         };
-        let mut sorted: Vec<(f64, u32)> =
-            others.iter().map(|other| (apart(other), *other)).collect();
-        sorted.sort_unstable_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
-        sorted.truncate(if aligned.is_some() { MOST_ALIGNED } else { MOST_WAYS });
-        // Comparing two places is a small part of matching two polygons.
-        self.work.take(others.len() / 16);
-        sorted.into_iter().map(|(_, other)| other).collect()
+        let pairs = self.pairs(&grown.points);
+        let extent = pairs.iter().map(|pair| pair[1].distance(pairs[0][1])).fold(0.0, f64::max);
+        let place = |at: DVec3| aligned.map_or(at, |aligned| aligned.apply(at));
+        let is_there = |&[from, to]: &[DVec3; 2]| place(from).distance(to) <= EXACT * extent;
+        let is_apart = self.apart(half, second, aligned).sqrt() > 4.0 * EXACT * extent;
+        let is_whole = grown.rings.len() * 10 >= rings * 9;
+        let is_in_place = is_apart && is_whole && pairs.iter().all(is_there);
+        if !is_in_place {
+            self.matched.undo(&grown);
+        }
+        is_in_place
     }
 
     /// The transform from inner to outer positions that fits the matched ones of `points`.
