@@ -1,8 +1,8 @@
 //! Meshes of other topology and shape, linked by their surfaces.
 
 use glam::{DQuat, DVec3};
-use uvgraft::correspond::surface::SurfaceReport;
-use uvgraft::correspond::{By, FindOptions, Method, find};
+use uvgraft::correspond::surface::{Align, SurfaceError, SurfaceReport};
+use uvgraft::correspond::{By, FindOptions, Method, Refusal, find};
 use uvgraft::piece::Weights;
 use uvgraft::{Anatomy, Area, Extent, Landmark, Mesh, Pair, Piece};
 use uvgraft_figure::Figure;
@@ -107,6 +107,45 @@ fn coverage(pair: &Pair) -> Coverage {
         }
     }
     Coverage { once: found.once / all, repeatedly: found.repeatedly / all }
+}
+
+/// Random triangles, which lie all over each other.
+fn soup(seed: u64, count: u32) -> Mesh {
+    let mut random = fastrand::Rng::with_seed(seed);
+    let mut place = || [random.f32(), random.f32(), random.f32()];
+    let positions: Vec<[f32; 3]> = (0..3 * count).map(|_| place()).collect();
+    let uv = positions.iter().map(|&[x, y, _]| [x, y]).collect();
+    let faces: Vec<[u32; 3]> = (0..count).map(|k| [0, 1, 2].map(|at| 3 * k + at)).collect();
+    Mesh::from_triangles(positions, uv, &faces, &faces).expect("a sound mesh")
+}
+
+fn refused(source: Mesh, target: Mesh) -> SurfaceError {
+    let mut options = FindOptions::default();
+    options.by = By::Surface;
+    options.surface.align = Align::None;
+    match find(source, target, &options).expect_err("no surfaces").0.remove(0) {
+        Refusal::Surface(error) => error,
+        other => panic!("{other}"),
+    }
+}
+
+#[test]
+fn triangles_that_make_up_no_surface_are_refused_within_a_limit() {
+    let error = refused(soup(1, 2500), soup(2, 2500));
+    assert!(matches!(error, SurfaceError::Overlaid { steps } if steps < 250_000_000), "{error}");
+    // A point that thousands of others depend on: its equations would have millions of entries each.
+    let wheel = |turn: f32| {
+        const SIDES: u32 = 20_000;
+        let angle = |k: u32| turn + k as f32 / SIDES as f32 * std::f32::consts::TAU;
+        let mut positions = vec![[0.0, 0.0, 0.2]];
+        positions.extend((0..SIDES).map(|k| angle(k).sin_cos()).map(|(x, y)| [x, y, 0.0]));
+        let uv = positions.iter().map(|&[x, y, _]| [x, y].map(|at| 0.5 + 0.4 * at)).collect();
+        let faces: Vec<[u32; 3]> = (0..SIDES).map(|k| [0, k + 1, (k + 1) % SIDES + 1]).collect();
+        let moved = |[x, y, z]: [f32; 3]| [x, y, z + turn];
+        Mesh::from_triangles(positions.into_iter().map(moved).collect(), uv, &faces, &faces)
+            .expect("a sound mesh")
+    };
+    assert_eq!(refused(wheel(0.0), wheel(0.03)), SurfaceError::Connected);
 }
 
 #[test]

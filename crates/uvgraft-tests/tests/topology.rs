@@ -1,7 +1,7 @@
 //! Meshes linked by connectivity alone.
 
-use uvgraft::correspond::topology::TopologyReport;
-use uvgraft::correspond::{By, FindOptions, Method, find};
+use uvgraft::correspond::topology::{TopologyError, TopologyReport};
+use uvgraft::correspond::{By, FindOptions, Method, Refusal, find};
 use uvgraft::{Corner, Extent, Mesh, Pair, Piece};
 use uvgraft_tests::real;
 use uvgraft_tests::shuffled::Shuffled;
@@ -344,6 +344,53 @@ fn cube(n: i32) -> Mesh {
     let rings: Vec<Vec<u32>> =
         rings.iter().map(|ring| ring.map(|at| index[&at]).to_vec()).collect();
     made(positions, &rings)
+}
+
+/// A torus of quads, which look alike everywhere.
+fn torus([around, across]: [u32; 2]) -> Mesh {
+    let place = |k: u32| {
+        let turn = |at: u32, of: u32| (at as f32 / of as f32 * std::f32::consts::TAU).sin_cos();
+        let ([a, b], [c, d]) = (turn(k / across, around).into(), turn(k % across, across).into());
+        [(3.0 + d) * b, (3.0 + d) * a, c]
+    };
+    let quad = |k: u32| {
+        let at = |i: u32, j: u32| (k / across + i) % around * across + (k % across + j) % across;
+        vec![at(0, 0), at(1, 0), at(1, 1), at(0, 1)]
+    };
+    let all = 0..around * across;
+    made(all.clone().map(place).collect(), &all.map(quad).collect::<Vec<_>>())
+}
+
+#[test]
+fn meshes_that_look_alike_everywhere_are_found_where_they_are() {
+    // Each of 2400 quads fits on any other, in four ways.
+    let mesh = torus([60, 40]);
+    let (a, b) = (Shuffled::new(&mesh, 1), Shuffled::new(&mesh, 2));
+    let found = find(a.mesh.clone(), b.mesh.clone(), &by(By::Topology)).unwrap();
+    assert_eq!(right_pieces(&found.pair, &a, &b, |vertex| vertex), 4800);
+    // Elsewhere, the search ends at its limit.
+    let mut random = fastrand::Rng::with_seed(3);
+    let other = moved(&b.mesh, |[x, y, z]| [-y, x, z].map(|at| 2.0 * at + 0.01 * random.f32()));
+    let error = find(a.mesh, other, &by(By::Topology)).unwrap_err();
+    let [Refusal::Topology(TopologyError::TooManyWays { steps, .. })] = error.0[..] else {
+        panic!("{error}")
+    };
+    assert!(steps < 2_000_000, "{steps}");
+}
+
+#[test]
+fn thousands_of_equal_components_are_found_where_they_are() {
+    let sheet = sheet(2, |_| false);
+    let place = |k: u32| [k % 40, k / 40].map(|at| 3.0 * at as f32);
+    let cards: Vec<Mesh> = (0..1200)
+        .map(|k| moved(&sheet, |[x, y, z]| [x + place(k)[0], y + place(k)[1], z]))
+        .collect();
+    let mesh = together(&cards);
+    let (a, b) = (Shuffled::new(&mesh, 1), Shuffled::new(&mesh, 2));
+    let found = find(a.mesh.clone(), b.mesh.clone(), &by(By::Topology)).unwrap();
+    let Method::Topology(report) = found.method else { panic!("not by topology") };
+    assert_eq!((report.matched, report.components_left_out), (4800, 0));
+    assert_eq!(right_pieces(&found.pair, &a, &b, |vertex| vertex), found.pair.piece_count());
 }
 
 #[test]

@@ -3,6 +3,9 @@
 //! Closest points on triangles follow C. Ericson, "Real-Time Collision Detection", 2005, section
 //! 5.1.5.
 
+use std::sync::Arc;
+use std::sync::atomic::{AtomicU64, Ordering};
+
 use glam::DVec3;
 
 use crate::piece::Weights;
@@ -80,17 +83,88 @@ pub(crate) struct TriangleTree {
     corners: Vec<[DVec3; 3]>,
     order: Vec<u32>,
     nodes: Vec<Node>,
+    effort: Arc<Effort>,
+}
+
+/// How many boxes and triangles searches look at, and how many they may. On surfaces a search looks at
+/// a few dozen, where triangles lie all over each other at most of them.
+#[derive(Debug)]
+pub(crate) struct Effort {
+    most: u64,
+    spent: AtomicU64,
+}
+
+impl Effort {
+    /// Searches of trees with this effort may look at `most` boxes and triangles together.
+    pub fn new(most: u64) -> Arc<Self> {
+        Arc::new(Self { most, spent: AtomicU64::new(0) })
+    }
+
+    /// Searches that may take as long as they do.
+    pub fn unlimited() -> Arc<Self> {
+        Self::new(u64::MAX / 2)
+    }
+
+    /// Whether searches looked at as many as they may; from then on they find nothing. Whether this
+    /// happens depends on neither the order of searches nor threads, but what was found before does.
+    pub fn is_spent(&self) -> bool {
+        self.spent.load(Ordering::Relaxed) > self.most
+    }
+
+    /// How many may be looked at.
+    pub fn most(&self) -> u64 {
+        self.most
+    }
+}
+
+/// The effort of one search, which is added to that of all at its end.
+struct Steps<'a> {
+    effort: &'a Effort,
+    left: u64,
+    taken: u64,
+}
+
+impl Steps<'_> {
+    /// Takes some steps; false if there are no more.
+    fn take(&mut self, steps: u64) -> bool {
+        self.taken += steps;
+        self.taken <= self.left
+    }
+}
+
+impl Drop for Steps<'_> {
+    fn drop(&mut self) {
+        self.effort.spent.fetch_add(self.taken, Ordering::Relaxed);
+    }
 }
 
 impl TriangleTree {
     pub fn new(corners: Vec<[DVec3; 3]>) -> Self {
         let mut order: Vec<u32> = (0..corners.len() as u32).collect();
-        let mut tree = Self { corners, order: Vec::new(), nodes: Vec::new() };
+        let effort = Effort::unlimited();
+        let mut tree = Self { corners, order: Vec::new(), nodes: Vec::new(), effort };
         tree.nodes.push(Node { bounds: Bounds::NOTHING, first: 0, count: 0 });
         let count = order.len();
         tree.split(0, &mut order, 0, count);
         tree.order = order;
         tree
+    }
+
+    /// The same tree, whose searches share an effort with those of others.
+    pub fn with_effort(self, effort: &Arc<Effort>) -> Self {
+        Self { effort: Arc::clone(effort), ..self }
+    }
+
+    /// The effort of its searches.
+    pub fn effort(&self) -> &Arc<Effort> {
+        &self.effort
+    }
+
+    fn steps(&self) -> Steps<'_> {
+        let spent = self.effort.spent.load(Ordering::Relaxed);
+        // One more than is left makes it spent.
+        let left = (self.effort.most + 1).saturating_sub(spent);
+        Steps { effort: &self.effort, left, taken: 0 }
     }
 
     fn split(&mut self, node: usize, order: &mut [u32], start: usize, end: usize) {
@@ -134,8 +208,12 @@ impl TriangleTree {
         }
         let mut best: Option<Nearest> = None;
         let mut limit = reach * reach;
+        let mut steps = self.steps();
         let mut stack = vec![(0_u32, self.nodes[0].bounds.distance_squared(point))];
         while let Some((index, distance)) = stack.pop() {
+            if !steps.take(1) {
+                return None;
+            }
             if distance > limit {
                 continue;
             }
@@ -170,8 +248,12 @@ impl TriangleTree {
     /// Whether a ray meets a triangle, from either side.
     pub fn is_hit(&self, origin: DVec3, direction: DVec3) -> bool {
         let inverse = direction.recip();
+        let mut steps = self.steps();
         let mut stack = if self.corners.is_empty() { Vec::new() } else { vec![0_u32] };
         while let Some(index) = stack.pop() {
+            if !steps.take(1) {
+                return false;
+            }
             let node = self.nodes[index as usize];
             if !node.bounds.meets_ray(origin, inverse) {
                 continue;
@@ -215,8 +297,12 @@ impl TriangleTree {
 
     /// Calls `visit` with every triangle whose box meets `bounds`.
     pub fn within(&self, bounds: Bounds, mut visit: impl FnMut(u32)) {
+        let mut steps = self.steps();
         let mut stack = if self.corners.is_empty() { Vec::new() } else { vec![0_u32] };
         while let Some(index) = stack.pop() {
+            if !steps.take(1) {
+                return;
+            }
             let node = self.nodes[index as usize];
             if !node.bounds.meets(bounds) {
                 continue;

@@ -9,7 +9,7 @@
 
 use glam::DVec3;
 
-use crate::sparse::SparseCholesky;
+use crate::sparse::Solver;
 use crate::surface::Surface;
 
 /// The least and the greatest weight of an edge. Unclamped, it is negative where the two angles
@@ -19,14 +19,14 @@ const WEIGHTS: [f64; 2] = [1e-3, 1e3];
 /// Stands for the index of a point that has no value or row.
 const NONE: u32 = u32::MAX;
 
-/// The factorised equations for one set of fixed points.
+/// The prepared equations for one set of fixed points.
 #[derive(Debug, Clone)]
 pub(super) struct Harmonic {
     /// The row of each free point in the equations; [`NONE`] for others.
     row_of_point: Vec<u32>,
     /// Row of a free point, index of the fixed value next to it, and the edge's weight.
     given: Vec<(u32, u32, f64)>,
-    factors: SparseCholesky,
+    equations: Solver,
 }
 
 impl Harmonic {
@@ -62,8 +62,8 @@ impl Harmonic {
         let entries: Vec<(u32, u32, f64)> = diagonal.chain(between).collect();
         // Weights are positive and every row is connected to a given value, so the matrix is
         // positive definite.
-        let factors = SparseCholesky::new(free, &entries);
-        Self { row_of_point, given, factors }
+        let equations = Solver::new(free, &entries);
+        Self { row_of_point, given, equations }
     }
 
     /// The value at every point of the surface; `None` if it is fixed, or if no path leads to a
@@ -78,11 +78,27 @@ impl Harmonic {
                 *right += weight * value;
             }
         }
-        let solution = self.factors.solve(&right);
+        let mut solution = self.equations.solve(&right);
+        if let Some(solution) = solution.as_mut().filter(|_| !self.equations.is_direct()) {
+            // A mean of neighbours leaves the range of the given values nowhere; steps towards it may.
+            let (least, most) = ranges(values);
+            for value in solution {
+                *value = std::array::from_fn(|k| value[k].max(least[k]).min(most[k]));
+            }
+        }
         let of_row =
             |&row: &u32| solution.as_ref().filter(|_| row != NONE).map(|all| all[row as usize]);
         self.row_of_point.iter().map(of_row).collect()
     }
+}
+
+/// The least and the greatest of each value.
+fn ranges<const N: usize>(values: &[[f64; N]]) -> ([f64; N], [f64; N]) {
+    let start = ([f64::INFINITY; N], [f64::NEG_INFINITY; N]);
+    values.iter().fold(start, |(least, most), value| {
+        let least = std::array::from_fn(|k| least[k].min(value[k]));
+        (least, std::array::from_fn(|k| most[k].max(value[k])))
+    })
 }
 
 /// Assigns rows to the free points that are connected to a fixed one.

@@ -8,6 +8,7 @@
 
 pub mod dots;
 pub mod faces;
+mod fans;
 mod find;
 mod places;
 pub mod similarity;

@@ -4,6 +4,7 @@
 //! may differ between the meshes. Where the other mesh triangulates a polygon along other
 //! diagonals, the polygon's fan is rotated to the apex that gives the most matching triangles.
 
+use super::fans::{self, Keyed};
 use super::places::place_count;
 use super::twins::{self, Twin};
 use crate::mesh::Mesh;
@@ -177,24 +178,6 @@ pub(super) fn link_faces(
     found
 }
 
-/// A triangle by its points.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
-struct Keyed {
-    /// Its points, ascending.
-    points: [u32; 3],
-    /// Whether its corners are an odd permutation of them.
-    is_odd: bool,
-    face: u32,
-}
-
-impl Keyed {
-    fn new(mut points: [u32; 3], face: u32) -> Self {
-        let is_odd = twins::is_odd(points);
-        points.sort_unstable();
-        Self { points, is_odd, face }
-    }
-}
-
 /// The triangles of a mesh by their points, sorted. Those with a vertex that has no counterpart are
 /// left out.
 fn sorted_keys(mesh: &Mesh, point: impl Fn(u32) -> u32) -> Vec<Keyed> {
@@ -265,6 +248,10 @@ fn scrambled(point: u32) -> u64 {
     (spread ^ (spread >> 29)).wrapping_mul(0xbf58_476d_1ce4_e5b9).rotate_left(27)
 }
 
+/// Corners of polygons that are matched triangle by triangle, whatever their apex: for more, that takes
+/// the square of them.
+const FEW_CORNERS: usize = 16;
+
 /// Rotates each polygon's fan to the apex for which most of its triangles are among `others`, and of
 /// those to the one where most wind as they do there. Returns whether any fan was rotated.
 ///
@@ -275,28 +262,21 @@ fn rotate_fans(
     others: &[Keyed],
     is_turned: bool,
 ) -> bool {
-    let is_among = |points: [u32; 3], is_odd: bool| {
-        let order = |other: &Keyed| (other.points, other.is_odd).cmp(&(points, is_odd));
-        others.binary_search_by(order).is_ok()
-    };
     let mut any = false;
+    let mut at_edges = None;
     for polygon in 0..mesh.polygon_count() {
         if mesh.polygon(polygon).len() == 1 {
             continue;
         }
         let corners = mesh.polygon_corners(polygon);
-        let matches = |apex: usize| {
-            let at = |k: usize| point(corners[(apex + k) % corners.len()].vertex);
-            let (mut found, mut alike) = (0, 0);
-            for k in 1..corners.len() - 1 {
-                let Keyed { points, is_odd, .. } = Keyed::new([at(0), at(k), at(k + 1)], 0);
-                let is_alike = is_among(points, is_odd != is_turned);
-                alike += usize::from(is_alike);
-                found += usize::from(is_alike || is_among(points, is_odd == is_turned));
-            }
-            (found, alike)
+        let ring: Vec<u32> = corners.iter().map(|corner| point(corner.vertex)).collect();
+        let matches = if ring.len() <= FEW_CORNERS {
+            fans::matches_by_triangle(&ring, others, is_turned)
+        } else {
+            let at_edges = at_edges.get_or_insert_with(|| fans::AtEdges::new(others));
+            at_edges.matches(&ring, is_turned)
         };
-        let best = (0..corners.len()).rev().max_by_key(|&apex| matches(apex)).unwrap_or(0);
+        let best = (0..ring.len()).rev().max_by_key(|&apex| matches[apex]).unwrap_or(0);
         if best != 0 {
             mesh.refan(polygon, best);
             any = true;

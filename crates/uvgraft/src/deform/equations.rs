@@ -5,7 +5,7 @@ use glam::{DMat3, DVec3};
 use super::gradients::OfFaces;
 use super::reach::{COVERED, Reach};
 use super::samples::{Sample, Samples};
-use crate::sparse::SparseCholesky;
+use crate::sparse::Solver;
 use crate::surface::Surface;
 
 /// The least and the greatest weight of an edge in a triangle: slivers neither fall apart nor hold
@@ -35,7 +35,7 @@ pub(super) struct Equations {
     /// The weight of a known displacement, by area.
     masses: Vec<f64>,
     rows: usize,
-    factors: SparseCholesky,
+    factors: Solver,
 }
 
 impl Equations {
@@ -50,7 +50,7 @@ impl Equations {
             weights: Vec::with_capacity(count),
             masses: Vec::with_capacity(count),
             rows: reach.rows(),
-            factors: SparseCholesky::new(0, &[]),
+            factors: Solver::new(0, &[]),
         };
         for triangle in 0..count as u32 {
             let corners = surface.corners(triangle);
@@ -62,7 +62,7 @@ impl Equations {
             new.weights.push([0, 1, 2].map(|k| stiffness * weight(corners, k)));
             new.masses.push(surface.area(triangle) / screen.length.powi(2));
         }
-        new.factors = SparseCholesky::new(new.rows, &new.entries(screen));
+        new.factors = Solver::new(new.rows, &new.entries(screen));
         new
     }
 
@@ -84,7 +84,7 @@ impl Equations {
         self.row_of_point[point as usize]
     }
 
-    pub const fn factors(&self) -> &SparseCholesky {
+    pub const fn factors(&self) -> &Solver {
         &self.factors
     }
 

@@ -130,6 +130,27 @@ impl Edge {
         index(a.min(b) - radius - 0.5)..index(a.max(b) + radius + 0.5)
     }
 
+    /// The range of columns whose centres may be within `radius`, in rows whose centres lie between two
+    /// heights: of a long edge it is the part that is near these rows.
+    pub fn columns_near(&self, [top, bottom]: [f64; 2], radius: f64, width: u32) -> Range<u32> {
+        if self.is_far() {
+            return self.reach(0, radius, width);
+        }
+        /// More than rounding moves what is not far away.
+        const SLACK: f64 = 0.01;
+        let radius = radius + SLACK;
+        let (top, bottom) = (top - radius, bottom + radius);
+        let ends = [self.from[1], self.from[1] + self.along[1]];
+        if ends.iter().all(|&end| end < top) || ends.iter().all(|&end| end > bottom) {
+            return 0..0;
+        }
+        let at = |height: f64| ((height - self.from[1]) / self.along[1]).clamp(0.0, 1.0);
+        let [first, last] = if self.along[1] == 0.0 { [0.0, 1.0] } else { [at(top), at(bottom)] };
+        let [a, b] = [first, last].map(|t| self.from[0] + t * self.along[0]);
+        let index = |edge: f64| (edge.ceil() as u32).min(width);
+        index(a.min(b) - radius - 0.5)..index(a.max(b) + radius + 0.5)
+    }
+
     /// Whether the edge is so far away, or so long, that distances from it are inexact.
     pub fn is_far(&self) -> bool {
         let near = |axis: usize| self.from[axis].abs() + self.along[axis].abs() < FAR_PX;
@@ -293,6 +314,33 @@ mod tests {
         assert_eq!((edge.columns.clone(), edge.rows.clone()), (0..9, 1..6));
         assert_eq!((edge.outward, edge.reach_px), ([0.0, -1.0], REACH_PX));
         assert!(Edge::new([[1.0; 2]; 3], ([0.0, 1.0], None), 0, SIZE, 2.0).is_none());
+    }
+
+    #[test]
+    fn long_edges_are_near_few_columns_of_a_row() {
+        let mut rng = fastrand::Rng::with_seed(1);
+        let size = Size::new(400, 400);
+        let mut all = 0;
+        for round in 0..400 {
+            let mut at = || [420.0 * rng.f64() - 10.0, 420.0 * rng.f64() - 10.0];
+            let (from, mut to) = (at(), at());
+            if round % 9 == 0 {
+                to[1] = from[1];
+            }
+            let stretch = ([0.0, 1.0], Some(0));
+            let edge = Edge::new([from, to, [1.0, 2.0]], stretch, 0, size, 2.0).unwrap();
+            for row in [0, 17, 200, 399] {
+                let height = f64::from(row) + 0.5;
+                let near = edge.columns_near([height; 2], FRINGE_PX, size.width);
+                let is_near = |x: &u32| {
+                    edge.distance([f64::from(*x) + 0.5, height]).0 < FRINGE_PX * FRINGE_PX
+                };
+                assert!((0..size.width).filter(is_near).all(|x| near.contains(&x)), "{round}");
+                all += near.len();
+            }
+        }
+        // Where bounds decided, they would be 60 on average.
+        assert!(all < 8 * 1600, "{all}");
     }
 
     #[test]

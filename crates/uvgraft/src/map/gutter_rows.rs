@@ -99,14 +99,17 @@ impl GutterRows {
         // From a tile's centre to the centre of its outermost texel.
         let half_diagonal = f64::from(TILE - 1) * 0.5 * std::f64::consts::SQRT_2;
         let middle_y = f64::from(rows.start) + f64::from(TILE) * 0.5;
+        let limit = border.radius + half_diagonal + ROUNDING_PX;
         for &index in edges {
             let edge = &border.edges[index as usize];
-            for tile in tiles(&edge.columns) {
+            // Of a long edge, only the tiles that it passes.
+            let near = edge.columns_near([middle_y; 2], limit + f64::from(TILE) * 0.5, width);
+            for tile in intersection(&tiles(&edge.columns), &tiles(&near)) {
                 let middle = [f64::from(tile * TILE) + f64::from(TILE) * 0.5, middle_y];
                 let tile = &mut self.tiles[tile as usize];
                 // Distances from far edges are too inexact to exclude any.
                 let away = if edge.is_far() { 0.0 } else { edge.distance(middle).0.sqrt() };
-                if away <= border.radius + half_diagonal + ROUNDING_PX {
+                if away <= limit {
                     tile.edges.push((index, away));
                     if !edge.is_far() {
                         tile.least = tile.least.min(away);
@@ -176,7 +179,8 @@ impl GutterRows {
         for &winner in winners.blocks.items(block) {
             let index = winners.edges[winner as usize];
             let edge = &border.edges[index as usize];
-            let reach = edge.reach(0, FRINGE_PX, width);
+            let height = f64::from(row) + 0.5;
+            let reach = edge.columns_near([height; 2], FRINGE_PX, width);
             let first = spans.partition_point(|span| span.end <= reach.start);
             for span in spans[first..].iter().take_while(|span| span.start < reach.end) {
                 let clash = (edge.island, islands.of_faces()[span.face as usize]);

@@ -79,7 +79,7 @@ mod tests {
     use super::position::from_texels;
     use super::*;
     use crate::filter::Filter;
-    use crate::map::{MapOptions, SamplingMap};
+    use crate::map::{MapOptions, Run, SamplingMap};
     use crate::mesh::Mesh;
     use crate::pair::{Direction, Pair};
     use crate::piece::Piece;
@@ -199,6 +199,36 @@ mod tests {
         assert_eq!(walk.sample(0, 0, 0), at(0.5, 2.5));
         assert_eq!(walk.sample(0, 3, 1), at(3.5, 3.5));
         assert_eq!(walk.sample(1, 3, 1), at(7.5, 3.5));
+    }
+
+    /// Of a map whose texels each span the whole source, they have fewer samples that spread as far.
+    #[test]
+    fn samples_of_noise_are_few_on_average() {
+        let size = Size::square(128);
+        let mut rng = fastrand::Rng::with_seed(1);
+        let noise: Vec<[f32; 2]> = (0..size.texels()).map(|_| [rng.f32(), rng.f32()]).collect();
+        let map = SamplingMap::from_positions(size, &noise).unwrap();
+        let samples = |map: &SamplingMap, source: Size| -> u64 {
+            let paths = Paths::new(map, source, Filter::Bilinear);
+            let runs = (0..map.size().height).flat_map(|row| map.row(row));
+            let of_run = |run: &Run| {
+                let [a, b] = paths.footprint(run.patch as usize).samples.map(u64::from);
+                u64::from(run.len) * a * b
+            };
+            runs.map(of_run).sum()
+        };
+        let all = samples(&map, size);
+        assert!(all < 64 * 2 * size.texels() as u64, "{all}");
+        let [few, wanted] = [size, Size::square(4096)].map(|source| {
+            let paths = Paths::new(&map, source, Filter::Bilinear);
+            paths.footprint(1000)
+        });
+        assert!(few.samples.into_iter().max() < wanted.samples.into_iter().max());
+        // A source that shrinks to a thumbnail has all of its samples, 32 on each axis.
+        let place = |texel: usize| [texel % 32, texel / 32].map(|at| (at as f32 + 0.5) / 32.0);
+        let small: Vec<[f32; 2]> = (0..32 * 32).map(place).collect();
+        let map = SamplingMap::from_positions(Size::square(32), &small).unwrap();
+        assert_eq!(samples(&map, Size::square(1024)), 1024 * 1024);
     }
 
     /// Far from the origin of the map both products with slopes are out of bounds, but their sum is

@@ -13,6 +13,13 @@ use crate::threads::map_indices;
 /// texels that they spread over. Texels that span more belong to slivers or to thumbnails.
 const MAX_SAMPLES: f64 = 32.0;
 
+/// Samples that texels may take on average, for each texel of both textures: a source that a target shows
+/// once takes at most as many as it has texels. Noise would take 500, which is 40 seconds for 512² texels.
+const MEAN_SAMPLES: u64 = 64;
+
+/// Rows whose samples are counted at once.
+const BLOCK_ROWS: u32 = 64;
+
 /// Positions of patches that stay below this everywhere on the target need no care with overflow:
 /// 2³⁰ texels.
 const FAR: f64 = (1_u64 << 62) as f64;
@@ -56,9 +63,10 @@ struct Footprint {
 }
 
 impl Footprint {
-    fn new(patch: &Patch, source: Size, filter: Filter) -> Self {
+    /// - `most`: samples on each axis.
+    fn new(patch: &Patch, source: Size, filter: Filter, most: u32) -> Self {
         let scale = [f64::from(source.width), f64::from(source.height)];
-        let (samples, steps) = footprint(patch, scale, filter);
+        let (samples, steps) = footprint(patch, scale, filter, most);
         let offset = |k: usize| 0.5 * f64::from(samples[k] - 1);
         let by_axis = |value: &dyn Fn(usize) -> f64| [0, 1].map(|axis| from_texels(value(axis)));
         Self {
@@ -111,7 +119,8 @@ impl Path {
 impl Paths {
     pub fn new(map: &SamplingMap, source: Size, filter: Filter) -> Self {
         let patches = map.patches();
-        let footprint = |patch: usize| Footprint::new(&patches[patch], source, filter);
+        let most = most_samples(map, source, filter);
+        let footprint = |patch: usize| Footprint::new(&patches[patch], source, filter, most);
         let footprints = map_indices(patches.len(), footprint);
         let path =
             |patch: usize| Path::new(&patches[patch], &footprints[patch], source, map.size());
@@ -307,6 +316,7 @@ pub(super) fn footprint(
     patch: &Patch,
     scale: [f64; 2],
     filter: Filter,
+    most: u32,
 ) -> ([u32; 2], [[f64; 2]; 2]) {
     if filter == Filter::Nearest {
         return ([1, 1], [[0.0; 2]; 2]);
@@ -315,9 +325,39 @@ pub(super) fn footprint(
     for axis in 0..2 {
         let span = [0, 1].map(|k| patch.jacobian[k][axis] * scale[k]);
         let length = span[0].hypot(span[1]);
-        samples[axis] = length.round().clamp(1.0, MAX_SAMPLES) as u32;
-        steps[axis] =
-            span.map(|component| component / f64::from(samples[axis]).max(length / MAX_SAMPLES));
+        let wanted = length.round().clamp(1.0, MAX_SAMPLES);
+        samples[axis] = (wanted as u32).min(most);
+        // Fewer samples than wanted spread over as much.
+        let spread = wanted / f64::from(samples[axis]);
+        steps[axis] = span.map(|component| component / wanted.max(length / MAX_SAMPLES) * spread);
     }
     (samples, steps)
+}
+
+/// How many samples a texel may have on each axis, so that all together have no more than
+/// [`MEAN_SAMPLES`] on average: [`MAX_SAMPLES`], unless most texels span more of the source than their
+/// share, as those of noise do.
+fn most_samples(map: &SamplingMap, source: Size, filter: Filter) -> u32 {
+    let scale = [f64::from(source.width), f64::from(source.height)];
+    let budget = MEAN_SAMPLES * (source.texels() + map.size().texels()) as u64;
+    let of_patch = |patch: usize| footprint(&map.patches()[patch], scale, filter, u32::MAX).0;
+    let wanted = map_indices(map.patches().len(), of_patch);
+    let all = |most: u32| -> u64 {
+        let samples = |run: &Run| {
+            let [a, b] = wanted[run.patch as usize].map(|count| u64::from(count.min(most)));
+            u64::from(run.len) * a * b
+        };
+        let height = map.size().height;
+        let of_block = |block: usize| -> u64 {
+            let first = block as u32 * BLOCK_ROWS;
+            let rows = first..(first + BLOCK_ROWS).min(height);
+            rows.flat_map(|row| map.row(row)).map(samples).sum()
+        };
+        map_indices(height.div_ceil(BLOCK_ROWS) as usize, of_block).into_iter().sum()
+    };
+    let mut most = MAX_SAMPLES as u32;
+    while most > 1 && all(most) > budget {
+        most /= 2;
+    }
+    most
 }

@@ -120,7 +120,7 @@ impl Reads {
             .iter()
             .filter(|patch| owns[patch.piece as usize])
             .map(|patch| {
-                let (samples, steps) = footprint(patch, scale, filter);
+                let (samples, steps) = footprint(patch, scale, filter, u32::MAX);
                 let spread = |axis: usize| {
                     let [x, y] = steps[axis];
                     0.5 * f64::from(samples[axis] - 1) * x.hypot(y)

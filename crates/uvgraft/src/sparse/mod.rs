@@ -11,22 +11,40 @@
 //! - [`fronts`] eliminates them from the leaves of the tree to its root, several branches at once;
 //! - [`dense`] is the arithmetic.
 //!
+//! How much factors take is known before they are computed ([`structure`]). On surfaces it grows little
+//! faster than their points; where points are connected at random, factors fill up, and [`Solver`]
+//! solves without them ([`iterative`]).
+//!
 //! Every sum has one order, and products are not fused, so factors are equal to the bit on any number
 //! of threads and at any SIMD level.
 
 mod dense;
 mod fronts;
+mod iterative;
 mod matrix;
 mod structure;
 
 use std::sync::Arc;
 
+use iterative::Iterative;
 pub(crate) use matrix::Matrix;
-use structure::{Structure, Tree};
+use structure::{Limit, Structure, Tree};
+
+/// Solves a system by factors, or without them where they would fill up; clones share what is
+/// prepared.
+#[derive(Debug, Clone)]
+pub(crate) enum Solver {
+    Direct(SparseCholesky),
+    Iterative(Arc<Iterative>),
+}
 
 /// The factors of a matrix; clones share them.
 #[derive(Debug, Clone)]
 pub(crate) struct SparseCholesky(Arc<Factors>);
+
+/// Factors would take more values, or multiplications, than those of any surface do.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) struct Filled;
 
 #[derive(Debug)]
 struct Factors {
@@ -35,6 +53,11 @@ struct Factors {
     structure: Structure,
     /// `None` without rows, or if the matrix is not positive definite.
     values: Option<Vec<f64>>,
+}
+
+/// Whether a matrix of surfaces may have so many entries.
+pub(crate) fn may_hold(rows: usize, entries: usize) -> bool {
+    entries as u64 <= Limit::of(rows).values
 }
 
 /// An order of equations that keeps factors sparse (approximate minimum degree).
@@ -55,11 +78,50 @@ impl Order {
     }
 }
 
+impl Solver {
+    /// Prepares a system.
+    ///
+    /// - `entries`: as in [`SparseCholesky::new`].
+    pub fn new(rows: usize, entries: &[(u32, u32, f64)]) -> Self {
+        match SparseCholesky::new(rows, entries) {
+            Ok(factors) => Self::Direct(factors),
+            Err(Filled) => Self::Iterative(Arc::new(Iterative::new(rows, entries))),
+        }
+    }
+
+    /// Whether anything can be solved: without rows, or where factors show that the matrix is not
+    /// positive definite, nothing is.
+    pub fn is_sound(&self) -> bool {
+        match self {
+            Self::Direct(factors) => factors.is_sound(),
+            Self::Iterative(_) => true,
+        }
+    }
+
+    /// Whether solutions are those of factors, to the last digits.
+    pub const fn is_direct(&self) -> bool {
+        matches!(self, Self::Direct(_))
+    }
+
+    /// Solves for several right-hand sides at once; `None` if [nothing can be](Self::is_sound).
+    ///
+    /// - `right`: `[rows]`, the right-hand sides of each equation.
+    pub fn solve<const N: usize>(&self, right: &[[f64; N]]) -> Option<Vec<[f64; N]>> {
+        match self {
+            Self::Direct(factors) => factors.solve(right),
+            Self::Iterative(system) => Some(system.solve(right)),
+        }
+    }
+}
+
 impl SparseCholesky {
     /// Factorises a matrix, in an order that keeps the factors sparse.
     ///
     /// - `entries`: row, column and value. Both triangles; values at the same place add up.
-    pub fn new(rows: usize, entries: &[(u32, u32, f64)]) -> Self {
+    ///
+    /// # Errors
+    /// [`Filled`].
+    pub fn new(rows: usize, entries: &[(u32, u32, f64)]) -> Result<Self, Filled> {
         let order = Order::new(rows, entries.iter().map(|&(row, column, _)| (row, column)));
         Self::ordered(&order, entries)
     }
@@ -67,7 +129,10 @@ impl SparseCholesky {
     /// Factorises a matrix in a given order.
     ///
     /// - `entries`: as in [`SparseCholesky::new`].
-    pub fn ordered(Order(order): &Order, entries: &[(u32, u32, f64)]) -> Self {
+    ///
+    /// # Errors
+    /// [`Filled`].
+    pub fn ordered(Order(order): &Order, entries: &[(u32, u32, f64)]) -> Result<Self, Filled> {
         let rows = order.len();
         let permuted = |permuted_row: &[u32]| {
             let lower = entries.iter().filter_map(|&(row, column, value)| {
@@ -76,12 +141,12 @@ impl SparseCholesky {
             });
             Matrix::new(rows, lower)
         };
-        let tree = Tree::new(&permuted(order));
+        let tree = Tree::new(&permuted(order), Limit::of(rows)).ok_or(Filled)?;
         let permuted_row: Vec<u32> = order.iter().map(|&row| tree.number[row as usize]).collect();
         let matrix = permuted(&permuted_row);
         let structure = Structure::new(&tree, &matrix);
         let values = if rows > 0 { fronts::factorise(&structure, &matrix) } else { None };
-        Self(Arc::new(Factors { permuted_row, structure, values }))
+        Ok(Self(Arc::new(Factors { permuted_row, structure, values })))
     }
 
     /// Whether there are factors; otherwise nothing is solved.
@@ -135,7 +200,7 @@ mod tests {
     fn check(rows: u32, entries: &[(u32, u32, f64)]) {
         let mut rng = fastrand::Rng::with_seed(6);
         let right: Vec<[f64; 2]> = (0..rows).map(|row| [rng.f64(), f64::from(row % 7)]).collect();
-        let found = SparseCholesky::new(rows as usize, entries).solve(&right).unwrap();
+        let found = SparseCholesky::new(rows as usize, entries).unwrap().solve(&right).unwrap();
         let residual = residual(entries, &found, &right);
         assert!(residual < 1e-7, "{rows} rows: {residual}");
     }
@@ -178,6 +243,35 @@ mod tests {
         symmetric(side * side, all.map(|(a, b)| (a, b, 0.1 + rng.f64())))
     }
 
+    /// Every row connected to four others anywhere.
+    fn random(rows: u32) -> Vec<(u32, u32, f64)> {
+        let mut rng = fastrand::Rng::with_seed(8);
+        let edges = (0..4 * rows).map(|k| (k / 4, rng.u32(..rows), 0.1 + rng.f64()));
+        symmetric(rows, edges.filter(|(a, b, _)| a != b).collect::<Vec<_>>().into_iter())
+    }
+
+    #[test]
+    fn factors_that_would_fill_up_are_not_computed() {
+        let rows = 12_000;
+        let entries = random(rows);
+        assert_eq!(SparseCholesky::new(rows as usize, &entries).err(), Some(Filled));
+        // Conjugate gradients find the solution, of each right-hand side.
+        let solver = Solver::new(rows as usize, &entries);
+        assert!(!solver.is_direct() && solver.is_sound());
+        let right: Vec<[f64; 3]> = (0..rows)
+            .map(|row| [f64::from(row % 7) - 3.0, 0.0, f64::from(u8::from(row == 9))])
+            .collect();
+        let found = solver.solve(&right).unwrap();
+        assert!(residual(&entries, &found, &right) < 1e-6);
+        assert!(found.iter().all(|values| values[1] == 0.0));
+        assert_eq!(solver.solve(&right).unwrap(), found);
+        // A surface with as many points is factorised, and one point that all others are connected to
+        // fills nothing up.
+        assert!(Solver::new(110 * 110, &grid(110)).is_direct());
+        let star = symmetric(rows, (1..rows).map(|row| (0, row, 1.0)));
+        assert!(Solver::new(rows as usize, &star).is_direct());
+    }
+
     #[test]
     fn grids_are_solved() {
         for side in [12, 50, 150] {
@@ -191,7 +285,7 @@ mod tests {
         let (side, entries) = (150, grid(150));
         let factors = |threads: usize| {
             let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
-            let factors = pool.install(|| SparseCholesky::new(side * side, &entries));
+            let factors = pool.install(|| SparseCholesky::new(side * side, &entries).unwrap());
             factors.0.values.clone().unwrap()
         };
         let one = factors(1);
@@ -203,15 +297,15 @@ mod tests {
 
     #[test]
     fn without_rows_or_a_positive_definite_matrix_there_is_no_solution() {
-        assert!(SparseCholesky::new(0, &[]).solve::<1>(&[]).is_none());
+        assert!(SparseCholesky::new(0, &[]).unwrap().solve::<1>(&[]).is_none());
         for value in [-1.0, 0.0, f64::NAN, f64::INFINITY] {
-            let indefinite = SparseCholesky::new(2, &[(0, 0, 1.0), (1, 1, value)]);
+            let indefinite = SparseCholesky::new(2, &[(0, 0, 1.0), (1, 1, value)]).unwrap();
             assert!(!indefinite.is_sound(), "{value}");
             assert!(indefinite.solve(&[[1.0], [1.0]]).is_none());
         }
         // Without the small entries on its diagonal, the matrix of a graph is singular.
         let mut entries = grid(40);
         entries.extend((0..1600).map(|row| (row, row, -1.0)));
-        assert!(!SparseCholesky::new(1600, &entries).is_sound());
+        assert!(!SparseCholesky::new(1600, &entries).unwrap().is_sound());
     }
 }

@@ -8,6 +8,14 @@ use std::ops::Range;
 
 use super::matrix::Matrix;
 
+/// Values and multiplications that any factors may take, so that small systems need no care.
+const LEAST_VALUES: f64 = 1e6;
+const LEAST_PRODUCTS: f64 = 5e8;
+/// And those for each column, and for columns to the power of 1.5, as which those of surfaces grow. The
+/// membrane of a body takes 16 and 6, the bending of 20,000 points of a head 130 and 220.
+const VALUES_PER_COLUMN: f64 = 1000.0;
+const PRODUCTS_PER_COLUMN: f64 = 1000.0;
+
 /// Stands for the parent of a root.
 pub(super) const NONE: u32 = u32::MAX;
 
@@ -66,10 +74,37 @@ pub(super) struct Tree {
     firsts: Vec<u32>,
 }
 
+/// What factors may take.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Limit {
+    /// Values of the factors.
+    pub values: u64,
+    /// Multiplications that compute them.
+    pub products: f64,
+}
+
+impl Limit {
+    /// - `columns`: of the matrix.
+    pub fn of(columns: usize) -> Self {
+        let columns = columns as f64;
+        Self {
+            values: (LEAST_VALUES + VALUES_PER_COLUMN * columns) as u64,
+            products: LEAST_PRODUCTS + PRODUCTS_PER_COLUMN * columns.powf(1.5),
+        }
+    }
+}
+
 impl Tree {
+    /// `None` if the factors are beyond the limit, which is found before any of their values is
+    /// computed, and in no more steps than it allows values.
+    ///
     /// - `lower`: the entries on the diagonal and below.
-    pub fn new(lower: &Matrix) -> Self {
-        let (parents, counts) = elimination_tree(lower);
+    pub fn new(lower: &Matrix, limit: Limit) -> Option<Self> {
+        let (parents, counts) = elimination_tree(lower, limit.values)?;
+        let products: f64 = counts.iter().map(|&count| f64::from(count).powi(2)).sum();
+        if products > limit.products {
+            return None;
+        }
         let number = postorder(&parents, &counts);
         let renumbered = |of: &dyn Fn(usize) -> u32| {
             let mut values = vec![0; number.len()];
@@ -84,7 +119,7 @@ impl Tree {
             parent => number[parent as usize],
         });
         let firsts = merged(&parents, &counts, &groups(&parents, &counts));
-        Self { number, parents, firsts }
+        Some(Self { number, parents, firsts })
     }
 }
 
@@ -161,8 +196,9 @@ impl Structure {
     }
 }
 
-/// The parent of each column in the elimination tree, and the number of rows of its factor.
-fn elimination_tree(lower: &Matrix) -> (Vec<u32>, Vec<u32>) {
+/// The parent of each column in the elimination tree, and the number of rows of its factor; `None` if
+/// these add up to more than `most`.
+fn elimination_tree(lower: &Matrix, most: u64) -> Option<(Vec<u32>, Vec<u32>)> {
     let columns = lower.columns();
     // The entries left of the diagonal, row by row.
     let mut starts = vec![0_u32; columns + 1];
@@ -182,7 +218,12 @@ fn elimination_tree(lower: &Matrix) -> (Vec<u32>, Vec<u32>) {
     }
     let (mut parents, mut counts) = (vec![NONE; columns], vec![1; columns]);
     let mut seen = vec![NONE; columns];
+    let mut values = 0;
     for row in 0..columns as u32 {
+        if values > most {
+            return None;
+        }
+        values += 1;
         seen[row as usize] = row;
         for &column in &of_rows[starts[row as usize] as usize..next[row as usize] as usize] {
             // All columns from the entry's up to the row itself have it in their factors.
@@ -190,6 +231,7 @@ fn elimination_tree(lower: &Matrix) -> (Vec<u32>, Vec<u32>) {
             while seen[column] != row {
                 seen[column] = row;
                 counts[column] += 1;
+                values += 1;
                 if parents[column] == NONE {
                     parents[column] = row;
                 }
@@ -197,7 +239,7 @@ fn elimination_tree(lower: &Matrix) -> (Vec<u32>, Vec<u32>) {
             }
         }
     }
-    (parents, counts)
+    Some((parents, counts))
 }
 
 /// The number of each column in an order in which branches are consecutive and children come before

@@ -118,7 +118,8 @@ fn misfit(target: &Shape, goal: &Goal, transform: &Similarity, unit: f64) -> f64
     const COMPATIBLE: f64 = 0.5;
     const SAMPLES: usize = 2000;
     let points = target.points.iter().map(|&point| transform.apply(point)).collect();
-    let target = Goal::new(Shape { points, triangles: target.triangles.clone() });
+    let target =
+        Goal::new(Shape { points, triangles: target.triangles.clone() }, goal.tree.effort());
     let distance = |from: &Shape, to: &Goal| {
         let normals = from.normals();
         let step = (from.points.len() / SAMPLES).max(1);

@@ -9,7 +9,7 @@
 use glam::DVec3;
 
 use super::shape::Shape;
-use crate::sparse::{Matrix, Order, SparseCholesky};
+use crate::sparse::{Filled, Matrix, Order, SparseCholesky, may_hold};
 
 /// A sum of points that should come to a place: indices and weights, and where to.
 #[derive(Debug, Clone)]
@@ -34,6 +34,12 @@ const LEAST: f64 = 1e-6;
 #[derive(Debug)]
 pub(crate) struct Equations {
     masses: Vec<f64>,
+    smoothness: Result<Smoothness, Filled>,
+}
+
+/// The matrices of what is smooth, and the order that keeps their factors sparse.
+#[derive(Debug)]
+struct Smoothness {
     laplacian: Matrix,
     bilaplacian: Matrix,
     order: Order,
@@ -48,25 +54,29 @@ impl Equations {
         for mass in &mut masses {
             *mass = mass.max(LEAST_MASS * mean).max(f64::MIN_POSITIVE);
         }
-        let laplacian = laplacian(rest);
-        let bilaplacian = bilaplacian(&laplacian, &masses);
-        let places = bilaplacian.entries().map(|(row, column, _)| (row, column));
-        let order = Order::new(masses.len(), places);
-        Self { masses, laplacian, bilaplacian, order }
+        let smoothness = Smoothness::new(rest, &masses);
+        Self { masses, smoothness }
     }
 
     pub fn masses(&self) -> &[f64] {
         &self.masses
     }
 
-    /// Factorises for one stiffness, with every point's weight equal to its mass.
-    pub fn factorise(&self, stiffness: Stiffness) -> Option<Factors<'_>> {
-        let mut entries = self.stiff(stiffness);
+    /// Factorises for one stiffness, with every point's weight equal to its mass; `None` if the equations
+    /// have no solution.
+    ///
+    /// # Errors
+    /// [`Filled`] for triangles that are connected like no surface.
+    pub fn factorise(&self, stiffness: Stiffness) -> Result<Option<Factors<'_>>, Filled> {
+        let smoothness = self.smoothness.as_ref().map_err(|&filled| filled)?;
+        let mut entries = smoothness.stiff(stiffness);
         entries.extend((0..).zip(&self.masses).map(|(row, &mass)| (row, row, mass)));
-        let factors = SparseCholesky::ordered(&self.order, &entries);
+        let factors = SparseCholesky::ordered(&smoothness.order, &entries)?;
         let Stiffness { bending, membrane } = stiffness;
         let (bending, membrane) = (bending.powi(4), membrane.powi(2));
-        factors.is_sound().then_some(Factors { equations: self, bending, membrane, factors })
+        let masses = &self.masses;
+        let is_sound = factors.is_sound();
+        Ok(is_sound.then_some(Factors { masses, smoothness, bending, membrane, factors }))
     }
 
     /// Solves once, exactly: where few points have a weight, iterations are slow to move the rest.
@@ -78,7 +88,8 @@ impl Equations {
         targets: &[DVec3],
         anchors: &[Anchor],
     ) -> Option<Vec<DVec3>> {
-        let mut entries = self.stiff(stiffness);
+        let smoothness = self.smoothness.as_ref().ok()?;
+        let mut entries = smoothness.stiff(stiffness);
         let own = (0..).zip(self.masses.iter().zip(weights));
         entries.extend(own.map(|(row, (&mass, &weight))| (row, row, weight + LEAST * mass)));
         let mut right: Vec<DVec3> =
@@ -91,7 +102,22 @@ impl Equations {
                 }
             }
         }
-        solved(&SparseCholesky::ordered(&self.order, &entries), &right)
+        solved(&SparseCholesky::ordered(&smoothness.order, &entries).ok()?, &right)
+    }
+}
+
+impl Smoothness {
+    fn new(rest: &Shape, masses: &[f64]) -> Result<Self, Filled> {
+        let laplacian = laplacian(rest);
+        // A point with many neighbours makes each of them depend on every other.
+        let products = (0..masses.len()).map(|point| laplacian.column(point).0.len().pow(2)).sum();
+        if !may_hold(masses.len(), products) {
+            return Err(Filled);
+        }
+        let bilaplacian = bilaplacian(&laplacian, masses);
+        let places = bilaplacian.entries().map(|(row, column, _)| (row, column));
+        let order = Order::new(masses.len(), places);
+        Ok(Self { laplacian, bilaplacian, order })
     }
 
     /// The entries of `ℓᵦ⁴ L M⁻¹ L + ℓₘ² L`.
@@ -107,7 +133,8 @@ impl Equations {
 
 /// The equations for one stiffness.
 pub(crate) struct Factors<'a> {
-    equations: &'a Equations,
+    masses: &'a [f64],
+    smoothness: &'a Smoothness,
     bending: f64,
     membrane: f64,
     factors: SparseCholesky,
@@ -129,9 +156,9 @@ impl Factors<'_> {
         const ITERATIONS: usize = 30;
         const TOLERANCE: f64 = 1e-4;
         let apply = |values: &[DVec3]| {
-            let mut result = self.smoothness(values);
+            let mut result = self.smoothed(values);
             for (index, value) in result.iter_mut().enumerate() {
-                *value += values[index] * (weights[index] + LEAST * self.equations.masses[index]);
+                *value += values[index] * (weights[index] + LEAST * self.masses[index]);
             }
             for Anchor { points, weights, .. } in anchors {
                 let sum: DVec3 = (0..3).map(|k| values[points[k] as usize] * weights[k]).sum();
@@ -158,7 +185,7 @@ impl Factors<'_> {
     }
 
     /// `(ℓᵦ⁴ L M⁻¹ L + ℓₘ² L) values`.
-    fn smoothness(&self, values: &[DVec3]) -> Vec<DVec3> {
+    fn smoothed(&self, values: &[DVec3]) -> Vec<DVec3> {
         let product = |matrix: &Matrix, values: &[DVec3]| {
             let mut result = vec![DVec3::ZERO; values.len()];
             for (row, column, value) in matrix.entries() {
@@ -166,12 +193,12 @@ impl Factors<'_> {
             }
             result
         };
-        let mut first = product(&self.equations.laplacian, values);
+        let mut first = product(&self.smoothness.laplacian, values);
         let membrane = first.clone();
-        for (value, &mass) in first.iter_mut().zip(&self.equations.masses) {
+        for (value, &mass) in first.iter_mut().zip(self.masses) {
             *value /= mass;
         }
-        let mut result = product(&self.equations.laplacian, &first);
+        let mut result = product(&self.smoothness.laplacian, &first);
         for (value, membrane) in result.iter_mut().zip(membrane) {
             *value = *value * self.bending + membrane * self.membrane;
         }

@@ -1,13 +1,15 @@
 //! What keeps apart surfaces that are close to each other: eyeballs and lids, what is seen and what
 //! lies inside.
 
+use std::sync::Arc;
+
 use glam::DVec3;
 
 use super::shape::Shape;
 use crate::anatomy::Ball;
 use crate::correspond::similarity::Similarity;
 use crate::threads::map_indices;
-use crate::triangle_tree::TriangleTree;
+use crate::triangle_tree::{Effort, TriangleTree};
 
 /// What a triangle belongs to.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -91,6 +93,7 @@ impl Kinds {
     /// - `worn`: the target's triangles that belong nowhere and hide nothing; of all or of none.
     /// - `to_shape`: from the source's space to the shapes'.
     /// - `aligned`: from the target's space to the source's.
+    /// - `effort`: of searches.
     pub fn new(
         shapes: [&Shape; 2],
         balls: [Vec<Ball>; 2],
@@ -98,8 +101,10 @@ impl Kinds {
         to_shape: impl Fn(DVec3) -> DVec3,
         aligned: &Similarity,
         unit: f64,
+        effort: &Arc<Effort>,
     ) -> Self {
-        let [mut source, mut target] = [Side::new(shapes[0], &[]), Side::new(shapes[1], worn)];
+        let [mut source, mut target] =
+            [Side::new(shapes[0], &[], effort), Side::new(shapes[1], worn, effort)];
         let [source_balls, mut target_balls] = balls;
         for ball in &mut target_balls {
             ball.center = to_shape(aligned.apply(ball.center));
@@ -129,10 +134,10 @@ struct Side<'a> {
 
 impl<'a> Side<'a> {
     /// All skin, except what is worn.
-    fn new(shape: &'a Shape, worn: &[bool]) -> Self {
-        let (tree, normals) = (shape.tree(), shape.face_normals());
+    fn new(shape: &'a Shape, worn: &[bool], effort: &Arc<Effort>) -> Self {
+        let (tree, normals) = (shape.tree(effort), shape.face_normals());
         let exposures = if worn.contains(&true) {
-            exposures(shape, &shape.without(worn).tree(), &normals)
+            exposures(shape, &shape.without(worn).tree(effort), &normals)
         } else {
             exposures(shape, &tree, &normals)
         };
@@ -308,8 +313,8 @@ mod tests {
         let (shape, ball) = ball();
         let faces = ball.faces.clone();
         let aligned = Similarity::IDENTITY;
-        let kinds =
-            Kinds::new([skin, &shape], [Vec::new(), vec![ball]], &[], |point| point, &aligned, 1.0);
+        let (balls, effort) = ([Vec::new(), vec![ball]], Effort::unlimited());
+        let kinds = Kinds::new([skin, &shape], balls, &[], |point| point, &aligned, 1.0, &effort);
         assert!(kinds.moves.is_empty());
         let kind_of = |least: f64, most: f64| {
             let mut there = faces.iter().map(|&face| face as usize).filter(|&triangle| {

@@ -13,6 +13,8 @@ mod register;
 pub(crate) mod shape;
 mod worn;
 
+use std::sync::Arc;
+
 use glam::DVec3;
 
 use self::align::Heads;
@@ -26,8 +28,9 @@ use super::similarity::{Similarity, median};
 use crate::anatomy::{self, AnatomyError, Landmark};
 use crate::mesh::Mesh;
 use crate::piece::Piece;
+use crate::sparse::Filled;
 use crate::surface::Surface;
-use crate::triangle_tree::Bounds;
+use crate::triangle_tree::{Bounds, Effort};
 
 /// How the target is brought into the source's place.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
@@ -141,6 +144,21 @@ pub enum SurfaceError {
     /// Nothing of the registered target is near the source.
     #[error("no part of the target lies on the source after registration")]
     Nothing,
+    /// Triangles that lie over each other everywhere, such as random ones.
+    #[error(
+        "the triangles of a mesh must make up a surface, these lie over each other: closest points were \
+         not found within {steps} steps, the most for meshes of this size"
+    )]
+    Overlaid {
+        /// The limit.
+        steps: u64,
+    },
+    /// Vertices that are connected to others all over the mesh.
+    #[error(
+        "the target's triangles must make up a surface, these connect its points at random: its equations \
+         would take more memory than those of any surface"
+    )]
+    Connected,
 }
 
 /// What registration found. Lengths are in the source's unit.
@@ -205,16 +223,24 @@ pub(super) fn pieces(
             return Err(SurfaceError::NoArea { side });
         }
     }
-    let placement = place(source, target, &surfaces, options)?;
+    let effort = Effort::new(most_steps(&surfaces));
+    let spent = || match effort.is_spent() {
+        true => Err(SurfaceError::Overlaid { steps: effort.most() }),
+        false => Ok(()),
+    };
+    let placement = place(source, target, &surfaces, options, &effort);
+    spent()?;
+    let placement = placement?;
     let unit = placement.unit;
     // Centred and scaled, so that constants and rounding mean the same in any unit.
     let to_unit = |point: DVec3| (point - placement.center) / unit;
-    let mut goal = Goal::new(Shape::new(&surfaces[0], to_unit));
+    let mut goal = Goal::new(Shape::new(&surfaces[0], to_unit), &effort);
     let aligned = placement.transform;
     let mut rest = Shape::new(&surfaces[1], |point| to_unit(aligned.apply(point)));
     let balls = [source, target].map(anatomy::balls);
     let worn = &placement.worn;
-    let mut kinds = Kinds::new([&goal.shape, &rest], balls, worn, to_unit, &aligned, unit);
+    let mut kinds = Kinds::new([&goal.shape, &rest], balls, worn, to_unit, &aligned, unit, &effort);
+    spent()?;
     goal.kinds = kinds.source;
     if !placement.is_exact {
         kinds.moves.iter().for_each(|ball| ball.apply(&mut rest));
@@ -226,7 +252,9 @@ pub(super) fn pieces(
     let registered = if placement.is_exact {
         rest.clone()
     } else {
-        Shape { points: register::register(&rest, &kinds.target, &goal, &anchors), ..rest.clone() }
+        let points = register::register(&rest, &kinds.target, &goal, &anchors);
+        spent()?;
+        Shape { points: points.map_err(|Filled| SurfaceError::Connected)?, ..rest.clone() }
     };
     let mut flipped = 0;
     for triangle in register::turned_over(&rest, &registered) {
@@ -238,6 +266,7 @@ pub(super) fn pieces(
     }
     let laid =
         overlay::overlay(&goal, &registered, &kinds.target, options.reach, options.visibility);
+    spent()?;
     if laid.pieces.is_empty() {
         return Err(SurfaceError::Nothing);
     }
@@ -246,6 +275,16 @@ pub(super) fn pieces(
     }
     let report = report(&placement, &registered, &laid, flipped, target, &surfaces[1]);
     Ok((laid.pieces, report))
+}
+
+/// How many boxes and triangles may be looked at to find closest points.
+fn most_steps(surfaces: &[Surface; 2]) -> u64 {
+    /// FLAME, SMPL-X and HiFi3D++ take 1,700 to 6,600 for each triangle, 500 random triangles 10,000, and
+    /// twice as many twice as much.
+    const PER_TRIANGLE: u64 = 40_000;
+    const LEAST: u64 = 5_000_000;
+    let triangles: usize = surfaces.iter().map(|surface| surface.triangles().len()).sum();
+    LEAST + PER_TRIANGLE * triangles as u64
 }
 
 /// Heads are about this many distances between the eyes high.
@@ -276,10 +315,11 @@ fn place(
     target: &Mesh,
     surfaces: &[Surface; 2],
     options: &SurfaceOptions,
+    effort: &Arc<Effort>,
 ) -> Result<Placement, SurfaceError> {
     /// Median distance, as a share of the size, of surfaces that are the same.
     const SAME: f64 = 0.004;
-    let goal = Goal::new(Shape::new(&surfaces[0], |point| point));
+    let goal = Goal::new(Shape::new(&surfaces[0], |point| point), effort);
     let extent = Bounds::of(goal.shape.points.iter().copied());
     let target_shape = Shape::new(&surfaces[1], |point| point);
     let whole = extent.size().max_element();
@@ -395,7 +435,7 @@ fn anchors(
     to_unit: impl Fn(DVec3) -> DVec3,
     aligned: &Similarity,
 ) -> Vec<Anchor> {
-    let tree = rest.tree();
+    let tree = rest.tree(&Effort::unlimited());
     let anchor = |[target, source]: &[DVec3; 2]| {
         let at = to_unit(aligned.apply(*target));
         let nearest = tree.nearest(at, f64::INFINITY, |_| true)?;

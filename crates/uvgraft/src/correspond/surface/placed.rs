@@ -11,7 +11,7 @@ use super::{SurfaceOptions, share_of_area};
 use crate::mesh::Mesh;
 use crate::piece::Piece;
 use crate::surface::Surface;
-use crate::triangle_tree::Bounds;
+use crate::triangle_tree::{Bounds, Effort};
 
 /// A mesh laid over another.
 #[derive(Debug, Clone, Default)]
@@ -57,7 +57,7 @@ pub(in crate::correspond) fn placed(
     };
     let faces_without_place =
         surface.triangles().iter().filter(|points| !has_place(points)).count();
-    let goal = Goal::new(Shape::new(&below, to_unit));
+    let goal = Goal::new(Shape::new(&below, to_unit), &Effort::unlimited());
     let kinds = vec![Kind::ANY; shape.triangles.len()];
     let laid = overlay(&goal, &shape, &kinds, options.reach, options.visibility);
     let covered = share_of_area(&surface, &laid.covered);

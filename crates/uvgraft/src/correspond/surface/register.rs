@@ -5,13 +5,16 @@
 //! steps. Instead of an affine transform, each point has a displacement, so there is one unknown a
 //! point and coordinate; smoothness is bending energy, see [`equations`](super::equations).
 
+use std::sync::Arc;
+
 use glam::DVec3;
 
 use super::equations::{Anchor, Equations, Stiffness};
 use super::kinds::Kind;
 use super::shape::Shape;
+use crate::sparse::Filled;
 use crate::threads::map_indices;
-use crate::triangle_tree::{Nearest, TriangleTree};
+use crate::triangle_tree::{Effort, Nearest, TriangleTree};
 
 /// Stiffness of each stage, as shares of the unit, which is about the height of a head.
 const STAGES: [Stiffness; 6] = [
@@ -48,11 +51,12 @@ pub(super) struct Goal {
 }
 
 impl Goal {
-    pub fn new(shape: Shape) -> Self {
+    /// - `effort`: of searches in it, together with others.
+    pub fn new(shape: Shape, effort: &Arc<Effort>) -> Self {
         Self {
             face_normals: shape.face_normals(),
             open_sides: shape.open_sides(),
-            tree: shape.tree(),
+            tree: shape.tree(effort),
             kinds: vec![Kind::ANY; shape.triangles.len()],
             shape,
         }
@@ -108,7 +112,15 @@ impl Anchors {
 /// - `anchors`: landmarks.
 ///
 /// Returns the moved points.
-pub(super) fn register(rest: &Shape, kinds: &[Kind], goal: &Goal, anchors: &Anchors) -> Vec<DVec3> {
+///
+/// # Errors
+/// [`Filled`] for a shape whose triangles are connected like no surface.
+pub(super) fn register(
+    rest: &Shape,
+    kinds: &[Kind],
+    goal: &Goal,
+    anchors: &Anchors,
+) -> Result<Vec<DVec3>, Filled> {
     /// Weight of a landmark, in points of mean mass.
     const ANCHOR: f64 = 10.0;
     const SETTLED: f64 = 1e-4;
@@ -121,7 +133,7 @@ pub(super) fn register(rest: &Shape, kinds: &[Kind], goal: &Goal, anchors: &Anch
     // surface, so they follow their neighbours.
     let mut misled = vec![false; rest.points.len()];
     for (stage, stiffness) in STAGES.into_iter().enumerate() {
-        let Some(factors) = equations.factorise(stiffness) else { break };
+        let Some(factors) = equations.factorise(stiffness)? else { break };
         let fading = ANCHOR * mean_mass * (1.0 - stage as f64 / anchors.stages as f64).max(0.0);
         let is_last = stage + 1 == STAGES.len();
         for step in 0..STEPS + if is_last { REPAIRS } else { 0 } {
@@ -147,7 +159,7 @@ pub(super) fn register(rest: &Shape, kinds: &[Kind], goal: &Goal, anchors: &Anch
         }
     }
     untangle(rest, &mut moved);
-    moved.points
+    Ok(moved.points)
 }
 
 /// Lets the points of triangles that are still turned over move as their neighbours do on average.

@@ -1,9 +1,11 @@
 //! A mesh as registration sees it: welded points, triangles and normals, in one common unit.
 
+use std::sync::Arc;
+
 use glam::DVec3;
 
 use crate::surface::Surface;
-use crate::triangle_tree::TriangleTree;
+use crate::triangle_tree::{Effort, TriangleTree};
 
 /// Triangles over points.
 #[derive(Debug, Clone)]
@@ -98,9 +100,9 @@ impl Shape {
         is_open
     }
 
-    pub fn tree(&self) -> TriangleTree {
-        TriangleTree::new(
-            (0..self.triangles.len()).map(|triangle| self.corners(triangle)).collect(),
-        )
+    /// - `effort`: of its searches, together with others.
+    pub fn tree(&self, effort: &Arc<Effort>) -> TriangleTree {
+        let corners = (0..self.triangles.len()).map(|triangle| self.corners(triangle)).collect();
+        TriangleTree::new(corners).with_effort(effort)
     }
 }

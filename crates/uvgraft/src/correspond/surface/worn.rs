@@ -3,6 +3,7 @@
 use crate::anatomy::{Anatomy, Area, Ball, HeadFrame};
 use crate::disjoint::DisjointSets;
 use crate::mesh::Mesh;
+use crate::triangle_tree::Effort;
 
 use glam::DVec3;
 
@@ -86,7 +87,8 @@ struct Below {
 impl Below {
     fn new(shape: &Shape, skin: &[usize]) -> Self {
         let triangles = skin.iter().map(|&triangle| shape.triangles[triangle]).collect();
-        Self { goal: Goal::new(Shape { points: shape.points.clone(), triangles }) }
+        let effort = Effort::unlimited();
+        Self { goal: Goal::new(Shape { points: shape.points.clone(), triangles }, &effort) }
     }
 
     /// Whether the skin is below some triangles: its closest point is not on an open edge, and faces

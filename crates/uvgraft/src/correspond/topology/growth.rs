@@ -1,7 +1,6 @@
 //! Growing a match of two nets from a pair of half-edges over their neighbours.
 
-use std::cmp::Reverse;
-use std::collections::BinaryHeap;
+use std::collections::{BTreeMap, VecDeque};
 
 use super::net::{NONE, Net};
 
@@ -29,6 +28,51 @@ pub(super) struct Grown {
     pub contradictions: usize,
 }
 
+/// The steps that a search may still take: polygons that are matched, and points that are compared.
+#[derive(Debug)]
+pub(super) struct Work {
+    left: u64,
+}
+
+impl Work {
+    pub fn new(most: u64) -> Self {
+        Self { left: most }
+    }
+
+    /// Takes some steps; false if there are no more, now and from now on.
+    pub fn take(&mut self, steps: usize) -> bool {
+        self.left = self.left.saturating_sub(steps as u64);
+        !self.is_done()
+    }
+
+    /// Whether all steps were taken.
+    pub fn is_done(&self) -> bool {
+        self.left == 0
+    }
+}
+
+/// Pairs of half-edges to grow over: those with the least strain first, and of these the first.
+#[derive(Debug, Default)]
+struct Queue {
+    by_strain: BTreeMap<usize, VecDeque<[u32; 2]>>,
+}
+
+impl Queue {
+    fn push(&mut self, strain: usize, halves: [u32; 2]) {
+        self.by_strain.entry(strain).or_default().push_back(halves);
+    }
+
+    fn pop(&mut self) -> Option<(usize, [u32; 2])> {
+        let mut least = self.by_strain.first_entry()?;
+        let strain = *least.key();
+        let halves = least.get_mut().pop_front();
+        if least.get().is_empty() {
+            least.remove();
+        }
+        halves.map(|halves| (strain, halves))
+    }
+}
+
 impl Match {
     pub fn new(source: &Net, target: &Net) -> Self {
         Self {
@@ -44,16 +88,21 @@ impl Match {
     /// Rings that contradict what is matched already are left out. Points whose valences agree are
     /// passed first: across an inserted or removed edge everything would be one ring off, and so
     /// it stays the last to be tried. Growth is given up, and undone, where contradictions
-    /// abound.
-    pub fn grow(&mut self, nets: [&Net; 2], seed: [u32; 2]) -> Option<Grown> {
+    /// abound, and at the end of the `work` that may be done.
+    pub fn grow(&mut self, nets: [&Net; 2], seed: [u32; 2], work: &mut Work) -> Option<Grown> {
         let mut grown = Grown::default();
-        let mut queue = BinaryHeap::from([Reverse((0, 0, seed))]);
-        let mut order = 0;
-        while let Some(Reverse((strain, _, halves))) = queue.pop() {
+        let mut queue = Queue::default();
+        queue.push(0, seed);
+        while let Some((strain, halves)) = queue.pop() {
             let rings = [0, 1].map(|side| nets[side].ring_of[halves[side] as usize]);
             if self.ring[rings[0] as usize] != NONE {
                 grown.contradictions += usize::from(self.ring[rings[0] as usize] != rings[1]);
                 continue;
+            }
+            let corners = nets[0].halves(rings[0]).len();
+            if !work.take(1 + corners / 8) {
+                self.undo(&grown);
+                return None;
             }
             if !self.add(nets, halves, &mut grown) {
                 grown.contradictions += 1;
@@ -75,9 +124,7 @@ impl Match {
                         });
                         usize::from(a != b)
                     };
-                    order += 1;
-                    let strain = strain + ends.iter().map(differ).sum::<usize>();
-                    queue.push(Reverse((strain, order, twins)));
+                    queue.push(strain + ends.iter().map(differ).sum::<usize>(), twins);
                 }
                 pair = [0, 1].map(|side| nets[side].next(pair[side]));
                 if pair == halves {

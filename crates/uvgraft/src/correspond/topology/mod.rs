@@ -12,9 +12,11 @@ mod one_side;
 mod poked;
 mod signature;
 
+use std::cell::Cell;
+
 use glam::DVec3;
 
-use self::growth::{Grown, Match};
+use self::growth::{Grown, Match, Work};
 use self::net::{NONE, Net, merged_triangles, polygons};
 use self::one_side::one_side;
 use self::signature::Candidates;
@@ -42,6 +44,19 @@ pub enum TopologyError {
         matched: usize,
         /// Polygons of the smaller mesh.
         of: usize,
+    },
+    /// Both meshes look alike from everywhere, so that the search ended at its limit.
+    #[error(
+        "there are too many ways to lay one mesh over the other: {matched} of {of} polygons were found \
+         within {steps} steps, the most for meshes of this size"
+    )]
+    TooManyWays {
+        /// Polygons of the smaller mesh that were found.
+        matched: usize,
+        /// Polygons of the smaller mesh.
+        of: usize,
+        /// The limit.
+        steps: u64,
     },
 }
 
@@ -87,10 +102,13 @@ pub(super) fn pieces(
         }
     }
     let nothing = TopologyError::Different { matched: 0, of: source.polygon_count() };
-    let Embedding { outer_of_inner, mut report } = best.ok_or(nothing)?;
+    let Embedding { outer_of_inner, mut report, ended_at } = best.ok_or(nothing)?;
     let TopologyReport { matched, of, .. } = report;
     if report.share() < ENOUGH {
-        return Err(TopologyError::Different { matched, of });
+        return Err(match ended_at {
+            Some(steps) => TopologyError::TooManyWays { matched, of, steps },
+            None => TopologyError::Different { matched, of },
+        });
     }
     let point_of_vertex = [&*source, &*target].map(|mesh| {
         let surface = &surfaces[usize::from(std::ptr::eq(mesh, target))];
@@ -181,6 +199,8 @@ struct Embedding {
     /// The outer point of each inner point, or [`NONE`].
     outer_of_inner: Vec<u32>,
     report: TopologyReport,
+    /// The limit at which a search ended.
+    ended_at: Option<u64>,
 }
 
 /// Finds the inner net in the outer one, seen from the front and from behind, and takes what fits
@@ -198,6 +218,7 @@ fn embed(inner: &[Vec<u32>], outer: &[Vec<u32>], positions: [&[DVec3]; 2]) -> Em
         (mirrored, direct) if direct as f64 > 1.2 * mirrored as f64 => false,
         _ => mirrored.misfit < 0.5 * direct.misfit,
     };
+    let ended_at = (direct.is_ended || mirrored.is_ended).then(|| most_steps([&inner, &outer]));
     let chosen = if is_mirrored { mirrored } else { direct };
     let report = TopologyReport {
         matched: chosen.matched.rings(),
@@ -207,7 +228,7 @@ fn embed(inner: &[Vec<u32>], outer: &[Vec<u32>], positions: [&[DVec3]; 2]) -> Em
         with_added_centre: 0,
         is_mirrored,
     };
-    Embedding { outer_of_inner: chosen.matched.target_of, report }
+    Embedding { outer_of_inner: chosen.matched.target_of, report, ended_at }
 }
 
 /// The search for one net in another with the same winding.
@@ -216,6 +237,19 @@ struct Search<'a> {
     positions: [&'a [DVec3]; 2],
     candidates: Candidates,
     matched: Match,
+    work: Work,
+}
+
+/// So many ways to match a component are too many to grow all: spheres that artists make have up to 256.
+const MANY_WAYS: usize = 256;
+
+/// How many steps a search may take.
+fn most_steps(nets: [&Net; 2]) -> u64 {
+    /// Heads are found in bodies and in themselves in 1 to 2 for each polygon. A sphere of 128 by 64 quads,
+    /// which has to be grown in 256 ways, takes 256.
+    const PER_RING: usize = 256;
+    const LEAST: usize = 1 << 19;
+    (LEAST + PER_RING * (nets[0].rings() + nets[1].rings())) as u64
 }
 
 /// What a search found.
@@ -226,6 +260,8 @@ struct Found {
     /// The median distance of matched points after alignment, relative to the size of the mesh;
     /// infinite if nothing can be aligned.
     misfit: f64,
+    /// Whether the search ended at its limit.
+    is_ended: bool,
 }
 
 impl<'a> Search<'a> {
@@ -235,6 +271,7 @@ impl<'a> Search<'a> {
             positions,
             candidates: Candidates::new(inner, outer),
             matched: Match::new(inner, outer),
+            work: Work::new(most_steps([inner, outer])),
         }
     }
 
@@ -262,7 +299,8 @@ impl<'a> Search<'a> {
         let misfit = aligned.map_or(f64::INFINITY, |aligned| {
             self.misfit(&self.matched.ring_points(self.nets[0]), &aligned)
         });
-        Found { matched: self.matched, components_left_out, chosen_by_position, misfit }
+        let is_ended = self.work.is_done();
+        Found { matched: self.matched, components_left_out, chosen_by_position, misfit, is_ended }
     }
 
     /// Grows from half-edges with a unique counterpart, the best of the first few first, so that a
@@ -273,7 +311,8 @@ impl<'a> Search<'a> {
         let spread = (seeds.len() / FIRST_TRIES).max(1);
         let mut best: Option<(usize, [u32; 2])> = None;
         for &seed in seeds.iter().step_by(spread) {
-            let Some(grown) = self.matched.grow(self.nets, seed) else { continue };
+            let grown = self.matched.grow(self.nets, seed, &mut self.work);
+            let Some(grown) = grown else { continue };
             let size = grown.rings.len();
             self.matched.undo(&grown);
             if best.is_none_or(|(most, _)| size > most) {
@@ -288,7 +327,7 @@ impl<'a> Search<'a> {
         for seed in first.into_iter().chain(seeds) {
             let ring = self.nets[0].ring_of[seed[0] as usize];
             if self.matched.ring[ring as usize] == NONE
-                && let Some(grown) = self.matched.grow(self.nets, seed)
+                && let Some(grown) = self.matched.grow(self.nets, seed, &mut self.work)
                 && !is_plausible(&grown)
             {
                 self.matched.undo(&grown);
@@ -298,26 +337,40 @@ impl<'a> Search<'a> {
 
     /// Matches a component that has no unique half-edge: every possible way is grown, and the one
     /// whose points lie closest after alignment is kept. Returns how many ways there were; `None`
-    /// if there is none, or if positions don't tell them apart.
+    /// if there is none, if positions don't tell them apart, or at the end of the work.
     fn grow_by_position(&mut self, rings: &[u32], aligned: Option<Similarity>) -> Option<usize> {
-        /// More ways than any sphere that an artist makes has.
-        const MOST_WAYS: usize = 4096;
         /// How much farther off the second best must be.
         const CLEARLY: f64 = 1.05;
-        let is_in = |half: u32| rings.binary_search(&self.nets[0].ring_of[half as usize]).is_ok();
-        let is_free =
-            |half: u32| !self.matched.is_taken[self.nets[1].ring_of[half as usize] as usize];
-        let (half, others) = self.candidates.rarest(is_in, is_free)?;
+        let halves = rings.iter().flat_map(|&ring| self.nets[0].halves(ring));
+        let looked_at = Cell::new(0);
+        let is_free = |half: u32| {
+            looked_at.set(looked_at.get() + 1);
+            !self.matched.is_taken[self.nets[1].ring_of[half as usize] as usize]
+        };
+        let found = self.candidates.rarest(halves, is_free);
+        // Looking at a half-edge is a small part of matching two polygons.
+        self.work.take(looked_at.get() / 64);
+        let (half, others) = found?;
+        let count = others.len();
+        let others = self.nearest_first(half, others, aligned);
+        if count > MANY_WAYS && self.grow_in_place(half, &others, rings.len(), aligned) {
+            return Some(count);
+        }
         let mut ways: Vec<(f64, u32)> = Vec::new();
-        for other in others.into_iter().take(MOST_WAYS) {
-            let Some(grown) = self.matched.grow(self.nets, [half, other]) else { continue };
+        for other in others {
+            let grown = self.matched.grow(self.nets, [half, other], &mut self.work);
+            let Some(grown) = grown else { continue };
             if grown.rings.len() * 10 >= rings.len() * 9 {
                 let transform = aligned.or_else(|| self.alignment(&grown.points));
                 let misfit =
                     transform.map_or(f64::INFINITY, |found| self.misfit(&grown.points, &found));
+                self.work.take(grown.points.len());
                 ways.push((misfit, other));
             }
             self.matched.undo(&grown);
+        }
+        if self.work.is_done() {
+            return None;
         }
         ways.sort_unstable_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
         let (best, other) = *ways.first()?;
@@ -325,8 +378,72 @@ impl<'a> Search<'a> {
         if is_tied {
             return None;
         }
-        self.matched.grow(self.nets, [half, other])?;
+        self.matched.grow(self.nets, [half, other], &mut self.work)?;
         Some(ways.len())
+    }
+
+    /// The counterparts of a half-edge, those that lie closest to where alignment puts it, or to where it
+    /// is, first. Of many only these.
+    fn nearest_first(
+        &mut self,
+        half: u32,
+        others: Vec<u32>,
+        aligned: Option<Similarity>,
+    ) -> Vec<u32> {
+        /// More ways than any sphere that an artist makes has.
+        const MOST_WAYS: usize = 4096;
+        /// The same where it is known where they belong: thousands of hair cards may be alike.
+        const MOST_ALIGNED: usize = 64;
+        let mut sorted: Vec<(f64, u32)> =
+            others.iter().map(|&other| (self.apart(half, other, aligned), other)).collect();
+        sorted.sort_unstable_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
+        if sorted.len() > MANY_WAYS {
+            sorted.truncate(if aligned.is_some() { MOST_ALIGNED } else { MOST_WAYS });
+        }
+        // Comparing two places is a small part of matching two polygons.
+        self.work.take(others.len() / 16);
+        sorted.into_iter().map(|(_, other)| other).collect()
+    }
+
+    /// How far a target half-edge is from where alignment puts a source half-edge, or from where it is:
+    /// the sum of the squared distances of their ends.
+    fn apart(&self, half: u32, other: u32, aligned: Option<Similarity>) -> f64 {
+        let ends = |side: usize, half: u32| {
+            let net = self.nets[side];
+            [half, net.next(half)]
+                .map(|half| self.positions[side][net.points[half as usize] as usize])
+        };
+        let [from, to] = ends(0, half).map(|at| aligned.map_or(at, |aligned| aligned.apply(at)));
+        let [other_from, other_to] = ends(1, other);
+        from.distance_squared(other_from) + to.distance_squared(other_to)
+    }
+
+    /// Matches a component to where it is, if a half-edge's first counterpart does so and no other is as
+    /// near: no other way can be better.
+    fn grow_in_place(
+        &mut self,
+        half: u32,
+        others: &[u32],
+        rings: usize,
+        aligned: Option<Similarity>,
+    ) -> bool {
+        /// Rounding of positions, relative to the size of a component.
+        const EXACT: f64 = 1e-6;
+        let &[first, second, ..] = others else { return false };
+        let Some(grown) = self.matched.grow(self.nets, [half, first], &mut self.work) else {
+            return false;
+        };
+        let pairs = self.pairs(&grown.points);
+        let extent = pairs.iter().map(|pair| pair[1].distance(pairs[0][1])).fold(0.0, f64::max);
+        let place = |at: DVec3| aligned.map_or(at, |aligned| aligned.apply(at));
+        let is_there = |&[from, to]: &[DVec3; 2]| place(from).distance(to) <= EXACT * extent;
+        let is_apart = self.apart(half, second, aligned).sqrt() > 4.0 * EXACT * extent;
+        let is_whole = grown.rings.len() * 10 >= rings * 9;
+        let is_in_place = is_apart && is_whole && pairs.iter().all(is_there);
+        if !is_in_place {
+            self.matched.undo(&grown);
+        }
+        is_in_place
     }
 
     /// The transform from inner to outer positions that fits the matched ones of `points`.

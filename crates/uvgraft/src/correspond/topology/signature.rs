@@ -56,16 +56,20 @@ fn mixed(words: &[u64]) -> u64 {
 pub(super) struct Candidates {
     /// Half-edges by signature: `[sorted by signature]` of signature and half-edge.
     of: [Vec<(u64, u32)>; 2],
+    /// The signature of each source half-edge.
+    of_source: Vec<u64>,
 }
 
 impl Candidates {
     pub fn new(source: &Net, target: &Net) -> Self {
-        let of = [source, target].map(|net| {
-            let mut sorted: Vec<(u64, u32)> = signatures(net).into_iter().zip(0..).collect();
+        let signatures = [source, target].map(signatures);
+        let of = signatures.each_ref().map(|signatures| {
+            let mut sorted: Vec<(u64, u32)> = signatures.iter().copied().zip(0..).collect();
             sorted.sort_unstable();
             sorted
         });
-        Self { of }
+        let [of_source, _] = signatures;
+        Self { of, of_source }
     }
 
     /// Every source half-edge whose signature occurs once in each net, with its counterpart.
@@ -89,22 +93,25 @@ impl Candidates {
         &all[start..start + length]
     }
 
-    /// Among the source half-edges for which `is_in` holds, the one with the fewest counterparts
-    /// for which `is_free` holds, and these.
+    /// Among source half-edges, the one with the fewest counterparts for which `is_free` holds, and
+    /// these.
     pub fn rarest(
         &self,
-        is_in: impl Fn(u32) -> bool,
+        halves: impl Iterator<Item = u32>,
         is_free: impl Fn(u32) -> bool,
     ) -> Option<(u32, Vec<u32>)> {
         let counterparts = |signature| {
             self.matching(signature).iter().map(|&(_, half)| half).filter(|&half| is_free(half))
         };
+        let mut kinds: Vec<(u64, u32)> =
+            halves.map(|half| (self.of_source[half as usize], half)).collect();
+        kinds.sort_unstable();
+        kinds.dedup_by_key(|(signature, _)| *signature);
         let mut best: Option<(usize, u32, u64)> = None;
-        for group in self.of[0].chunk_by(|one, other| one.0 == other.0) {
-            let Some(&(signature, half)) = group.iter().find(|&&(_, half)| is_in(half)) else {
-                continue;
-            };
-            let count = counterparts(signature).count();
+        for (signature, half) in kinds {
+            // More than the fewest need not be counted.
+            let most = best.map_or(usize::MAX, |(fewest, ..)| fewest + 1);
+            let count = counterparts(signature).take(most).count();
             if count > 0 && best.is_none_or(|best| (count, half) < (best.0, best.1)) {
                 best = Some((count, half, signature));
             }
