@@ -46,8 +46,11 @@ enum Change {
 
 impl Changes {
     pub fn file(&self, mut strip: Strip) -> Vec<u8> {
-        self.first.apply(&mut strip);
-        self.further.iter().flatten().for_each(|change| change.apply(&mut strip));
+        let mut changes: Vec<&Change> =
+            [&self.first].into_iter().chain(self.further.iter().flatten()).collect();
+        // What any value may become comes last, since the others count on what is there.
+        changes.sort_by_key(|change| matches!(change, Change::Json(_)));
+        changes.into_iter().for_each(|change| change.apply(&mut strip));
         self.binary.into_iter().for_each(|patch| patch.apply(&mut strip.binary, false));
         let text = json::text(&strip.json);
         if self.is_text == Some(true) {
@@ -66,7 +69,7 @@ impl Change {
                 elements(strip, accessor.into(), count, is_stored);
             }
             Self::Zeros { accessor, count } => {
-                let Some(accessor) = nth(&mut strip.json["accessors"], accessor.into()) else {
+                let Some(accessor) = nth(strip, "/accessors", accessor.into()) else {
                     return;
                 };
                 accessor.as_object_mut().into_iter().for_each(|it| drop(it.remove("bufferView")));
@@ -76,14 +79,14 @@ impl Change {
             Self::Nodes { mesh, count } => {
                 let node = json!({ "mesh": mesh % 2, "name": "another" });
                 for _ in 0..count.of(40) {
-                    let index = push(&mut strip.json["nodes"], node.clone());
-                    push(&mut strip.json["scenes"][0]["nodes"], index.into());
+                    let index = push(strip, "/nodes", node.clone());
+                    push(strip, "/scenes/0/nodes", index.into());
                 }
             }
             Self::Instances { node, count } => {
                 let accessor = json!({ "componentType": 5126, "type": "VEC3", "count": count.0 });
-                let accessor = push(&mut strip.json["accessors"], accessor);
-                let Some(node) = nth(&mut strip.json["nodes"], node.into()) else { return };
+                let accessor = push(strip, "/accessors", accessor);
+                let Some(node) = nth(strip, "/nodes", node.into()) else { return };
                 node["mesh"] = 0.into();
                 node["extensions"]["EXT_mesh_gpu_instancing"] =
                     json!({ "attributes": { "TRANSLATION": accessor } });
@@ -91,17 +94,17 @@ impl Change {
             Self::Chain { length } => {
                 let first = strip.json["nodes"].as_array().map_or(0, Vec::len);
                 for at in first..first + length.of(40) {
-                    push(&mut strip.json["nodes"], json!({ "children": [at + 1], "mesh": 0 }));
+                    push(strip, "/nodes", json!({ "children": [at + 1], "mesh": 0 }));
                 }
-                push(&mut strip.json["nodes"], json!({ "name": "last" }));
-                push(&mut strip.json["scenes"][0]["nodes"], first.into());
+                push(strip, "/nodes", json!({ "name": "last" }));
+                push(strip, "/scenes/0/nodes", first.into());
             }
             Self::Primitives { mesh, count } => {
-                let Some(mesh) = nth(&mut strip.json["meshes"], mesh.into()) else { return };
+                let Some(mesh) = nth(strip, "/meshes", mesh.into()) else { return };
                 json::repeat(&mut mesh["primitives"], 0, count);
             }
             Self::Targets { mesh, count } => {
-                let Some(mesh) = nth(&mut strip.json["meshes"], mesh.into()) else { return };
+                let Some(mesh) = nth(strip, "/meshes", mesh.into()) else { return };
                 json::repeat(&mut mesh["primitives"][0]["targets"], 0, count);
                 json::repeat(&mut mesh["extras"]["targetNames"], 0, count);
             }
@@ -109,19 +112,19 @@ impl Change {
             Self::Materials { count } => {
                 for _ in 0..count.of(200) {
                     let first = strip.json["images"][0].clone();
-                    let image = push(&mut strip.json["images"], first);
-                    let texture = push(&mut strip.json["textures"], json!({ "source": image }));
+                    let image = push(strip, "/images", first);
+                    let texture = push(strip, "/textures", json!({ "source": image }));
                     let color = json!({ "baseColorTexture": { "index": texture } });
                     let material = json!({ "pbrMetallicRoughness": color });
-                    push(&mut strip.json["materials"], material);
+                    push(strip, "/materials", material);
                 }
             }
             Self::Channels { count } => {
-                let Some(clip) = nth(&mut strip.json["animations"], 0) else { return };
+                let Some(clip) = nth(strip, "/animations", 0) else { return };
                 json::repeat(&mut clip["channels"], 0, count);
             }
             Self::Joints { count } => {
-                let Some(skin) = nth(&mut strip.json["skins"], 0) else { return };
+                let Some(skin) = nth(strip, "/skins", 0) else { return };
                 skin.as_object_mut()
                     .into_iter()
                     .for_each(|it| drop(it.remove("inverseBindMatrices")));
@@ -131,20 +134,23 @@ impl Change {
     }
 }
 
-fn nth(list: &mut Value, index: usize) -> Option<&mut Value> {
-    let list = list.as_array_mut().filter(|list| !list.is_empty())?;
+/// An element of a list of the file; an index beyond its end counts from the start again.
+fn nth<'s>(strip: &'s mut Strip, list: &str, index: usize) -> Option<&'s mut Value> {
+    let list = strip.json.pointer_mut(list)?.as_array_mut().filter(|list| !list.is_empty())?;
     let index = index % list.len();
     list.get_mut(index)
 }
 
-/// Adds an element; returns its index.
-fn push(list: &mut Value, element: Value) -> usize {
-    if !list.is_array() {
-        *list = json!([]);
+/// Adds an element to a list of the file; returns its index.
+fn push(strip: &mut Strip, list: &str, element: Value) -> usize {
+    if strip.json.pointer(list).is_none() {
+        strip.json[list.trim_start_matches('/')] = json!([]);
     }
-    let Value::Array(list) = list else { unreachable!("it is a list") };
-    list.push(element);
-    list.len() - 1
+    let list = strip.json.pointer_mut(list).and_then(Value::as_array_mut);
+    list.map_or(0, |list| {
+        list.push(element);
+        list.len() - 1
+    })
 }
 
 /// Bytes of an element of an accessor.
@@ -166,7 +172,7 @@ fn element_bytes(accessor: &Value) -> usize {
 
 /// Changes the counts of all accessors that have as many elements as one; vertices stay whole.
 fn elements(strip: &mut Strip, accessor: usize, count: Many, is_stored: bool) {
-    let Some(accessor) = nth(&mut strip.json["accessors"], accessor) else { return };
+    let Some(accessor) = nth(strip, "/accessors", accessor) else { return };
     let was = accessor["count"].clone();
     let all = strip.json["accessors"].as_array().map_or(0, Vec::len);
     let mut room = MAX_BYTES;
@@ -192,7 +198,7 @@ fn image(strip: &mut Strip, [width, height]: [usize; 2], is_whole: bool) {
     let rows = if is_whole { height * (1 + 3 * width) } else { 100 };
     let zlib = super::png::zlib(&vec![0; rows.min(8 * MAX_BYTES)]);
     let view = strip.view(&png(width as u32, height as u32, &zlib));
-    if let Some(image) = nth(&mut strip.json["images"], 0) {
+    if let Some(image) = nth(strip, "/images", 0) {
         *image = json!({ "bufferView": view, "mimeType": "image/png" });
     }
 }
