@@ -351,6 +351,16 @@ def test_messages_name_files_and_arguments(demo, head_to_body, tmp_path):
         uvgraft.render(3)
 
 
+def test_memory_is_bounded(demo):
+    path = demo / "avatar.glb"
+    with pytest.raises(uvgraft.Error, match=r"avatar\.glb: may take .* but `memory` allows 2"):
+        uvgraft.render(path, size=16, memory="2M")
+    with pytest.raises(uvgraft.Error, match="`memory` must be a size such as 500M or 4G, got x"):
+        uvgraft.render(path, size=16, memory="x")
+    assert (uvgraft.render(path, size=16, memory=8 << 30) == uvgraft.render(path, size=16)).all()
+
+
+
 def test_photographs_as_arrays_and_paths(demo, tmp_path, monkeypatch):
     monkeypatch.setenv("UVGRAFT_FACE_WEIGHTS", str(tmp_path / "none"))
     one = noise(4, 5, 3)

@@ -101,6 +101,26 @@ def test_true_without_tqdm_is_a_line(monkeypatch, capsys):
     assert capsys.readouterr().err == "fit 2/20 rms 0.12500\n"
 
 
+class Full(io.StringIO):
+    """A stream on a full disk."""
+
+    def write(self, text):
+        raise OSError(28, "No space left on device")
+
+
+@pytest.mark.parametrize("is_terminal", [False, True])
+@pytest.mark.parametrize("stream", [Full, "closed", None])
+def test_a_line_that_cannot_be_shown_changes_nothing(monkeypatch, stream, is_terminal):
+    without_tqdm(monkeypatch)
+    found = io.StringIO() if stream == "closed" else stream and stream()
+    if found is not None:
+        found.isatty = lambda: is_terminal
+    if stream == "closed":
+        found.close()
+    monkeypatch.setattr(sys, "stderr", found)
+    report(True)
+
+
 def test_the_line_on_a_terminal(monkeypatch):
     without_tqdm(monkeypatch)
     terminal = io.StringIO()

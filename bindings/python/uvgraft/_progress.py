@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import functools
 import sys
 from collections.abc import Callable
@@ -137,13 +138,15 @@ def _default_bar() -> Callable[..., Any]:
 class TextBar:
     """A line of text on standard error that says how far a call is.
 
-    A terminal shows each step, anything else the last one only.
+    A terminal shows each step, anything else the last one only. A step that cannot be shown, since
+    nobody reads or the disk is full, changes nothing.
     """
 
     def __init__(self, total: int, desc: str = "") -> None:
         self._total, self._name = total, desc or "step"
         self._done, self._note = 0, ""
-        self._is_live = sys.stderr.isatty()
+        # Programs without a console have none.
+        self._is_live = sys.stderr is not None and sys.stderr.isatty()
 
     def set_postfix_str(self, text: str, refresh: bool = True) -> None:
         """Set what follows the number of steps."""
@@ -153,12 +156,18 @@ class TextBar:
         """Advance by some steps."""
         self._done += n
         if self._is_live:
-            sys.stderr.write(f"\r{self._line()}")
-            sys.stderr.flush()
+            self._show(f"\r{self._line()}")
 
     def close(self) -> None:
         """End the line."""
-        sys.stderr.write("\n" if self._is_live else f"{self._line()}\n")
+        self._show("\n" if self._is_live else f"{self._line()}\n")
+
+    def _show(self, text: str) -> None:
+        if sys.stderr is not None:
+            # A closed stream is a ValueError.
+            with contextlib.suppress(OSError, ValueError):
+                sys.stderr.write(text)
+                sys.stderr.flush()
 
     def _line(self) -> str:
         return f"{self._name} {self._done}/{self._total} {self._note}".rstrip()

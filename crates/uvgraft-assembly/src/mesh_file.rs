@@ -7,6 +7,7 @@ use std::path::Path;
 use std::sync::Arc;
 
 use uvgraft::Mesh;
+use uvgraft::listing::listed;
 use uvgraft::mesh::MeshPart;
 use uvgraft_gltf::scene::{MeshChoice, SceneMeshError, load_mesh, read_mesh};
 use uvgraft_io::input::{Input, ReadError};
@@ -17,8 +18,6 @@ use uvgraft_pipeline::{Blame, Failure, Observer, Result};
 
 use crate::report::grouped;
 
-/// Number of names listed in a message.
-const MAX_LISTED: usize = 20;
 /// Characters shown of a name.
 const MAX_SHOWN: usize = 40;
 
@@ -308,11 +307,7 @@ fn known<'p>(parts: &(impl Iterator<Item = &'p MeshPart> + Clone)) -> String {
     if names.is_empty() {
         return "the file names none".to_owned();
     }
-    let shown: Vec<String> = names.iter().take(MAX_LISTED).map(|name| shortened(name)).collect();
-    match names.len().saturating_sub(MAX_LISTED) {
-        0 => format!("must be one of {}", shown.join(", ")),
-        more => format!("must be one of {} and {more} more", shown.join(", ")),
-    }
+    format!("must be one of {}", listed(names.into_iter().map(shortened)))
 }
 
 fn shortened(name: &str) -> String {

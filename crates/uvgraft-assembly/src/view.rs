@@ -34,7 +34,7 @@ const MAX_MODEL_BYTES: u64 = 256 << 20;
 const MAX_TEXTURE_BYTES: u64 = 64 << 20;
 
 /// Memory for the page without what it shows: the viewer has less than a megabyte.
-const PAGE_BYTES: u64 = 8 << 20;
+const PAGE_BYTES: usize = 8 << 20;
 
 impl ViewRequest {
     /// A request for a page without other textures.
@@ -74,9 +74,19 @@ impl ViewRequest {
         let in_model =
             |failure: Failure| failure.context(format_args!("cannot show {}", self.avatar));
         let model = Glb::new(&bytes).or_input().map_err(in_model)?;
+        let files = self
+            .textures
+            .iter()
+            .map(|input| {
+                let bytes = input.read(MAX_TEXTURE_BYTES).or_input();
+                Ok((input, file_name(input), bytes.map_err(|failure| failure.context(input))?))
+            })
+            .collect::<Result<Vec<_>>>()?;
         // What the renderer rejects, the viewer cannot show either.
-        // The page has it in base64, a third longer.
-        let bound = Bound::new(self.memory, PAGE_BYTES + 2 * bytes.len() as u64);
+        let embedded = files.iter().fold(bytes.len(), |sum, (_, _, bytes)| sum + bytes.len());
+        let page_bytes = embedded / 3 * 4 + PAGE_BYTES;
+        let decoded = files.iter().map(|(_, _, bytes)| decoded_bytes(bytes)).max().unwrap_or(0);
+        let bound = Bound::new(self.memory, page_bytes as u64 + decoded);
         let scene = bound.read(Scene::read_within(&bytes, bound.budget())).map_err(in_model)?;
         let look_at = match &self.look_at {
             Some(Aim::Named(name)) => {
@@ -89,22 +99,15 @@ impl ViewRequest {
             Some(Aim::Shot(_)) | None => None,
         };
         drop(scene);
-        let files = self
-            .textures
-            .iter()
-            .map(|input| {
-                let bytes = input.read(MAX_TEXTURE_BYTES).or_input();
-                let bytes = bytes.map_err(|failure| failure.context(input))?;
-                Ok((input, file_name(input), bare_picture(input, &bytes)?))
-            })
+        let files = files
+            .into_iter()
+            .map(|(input, name, bytes)| Ok((input, name, bare_picture(input, &bytes)?)))
             .collect::<Result<Vec<_>>>()?;
         let textures =
             files.iter().map(|(input, name, bytes)| Ok((&**name, picture(input, bytes)?)));
         let textures = textures.collect::<Result<Vec<_>>>()?;
         let page = Page { name: &file_name(&self.avatar), model, textures, look_at };
-        let pictures = textures.iter().map(|(_, picture)| picture.bytes().len());
-        let embedded = bytes.len() + pictures.sum::<usize>();
-        let mut html = Vec::with_capacity(embedded / 3 * 4 + PAGE_BYTES as usize);
+        let mut html = Vec::with_capacity(page_bytes);
         page.write(&template, &mut html).or_work()?;
         Ok(html)
     }
@@ -137,6 +140,12 @@ fn picture<'a>(input: &Input, bytes: &'a [u8]) -> Result<Picture<'a>> {
     Picture::new(bytes).ok_or_else(|| {
         Failure::input(format!("{input}: not an image; must be {}", Picture::EXTENSIONS))
     })
+}
+
+/// Bytes that a texture takes while it is decoded.
+fn decoded_bytes(bytes: &[u8]) -> u64 {
+    let header = image::decode_header(bytes).ok();
+    header.map_or(0, |header| header.decoding_bytes)
 }
 
 fn file_name(input: &Input) -> String {

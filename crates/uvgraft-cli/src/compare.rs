@@ -6,14 +6,16 @@ use std::process::ExitCode;
 use anyhow::Context;
 use serde::Serialize;
 use uvgraft::{Encoding, Size};
-use uvgraft_io::image;
+use uvgraft_io::image::{self, Header};
+use uvgraft_io::input::Input;
 use uvgraft_metrics::{Colors, Mask};
-use uvgraft_pipeline::Outputs;
+use uvgraft_pipeline::{Outputs, decoded_bytes};
 
 use crate::failure::{OrBadInput, bad_input, note};
 use crate::heatmap;
+use crate::memory::{self, MemoryOption};
 use crate::opacity::warn_unless_opaque;
-use crate::scores::{MetricsOption, Region, Scores};
+use crate::scores::{Judge, MetricsOption, Region, Scores};
 use crate::terminal;
 use uvgraft_assembly::drawing::check_name;
 
@@ -40,6 +42,8 @@ pub(crate) struct Args {
     /// Draw a heatmap of the differences
     #[arg(long, value_name = "OUT.png")]
     heatmap: Option<PathBuf>,
+    #[command(flatten)]
+    memory: MemoryOption,
     /// Print the scores as JSON
     ///
     /// Each score is a number, "inf", or {"unavailable": reason}.
@@ -53,8 +57,9 @@ pub(crate) fn run(args: &Args) -> anyhow::Result<ExitCode> {
         check_name(heatmap, "a heatmap")?;
         Outputs::new(inputs.clone()).check(heatmap)?;
     }
-    same_sizes(inputs)?;
+    let headers = same_sizes(inputs)?;
     let judge = args.metrics.judge()?;
+    args.memory.check("the comparison", needed(&headers, &judge))?;
     let [a, b] = [read_colors(&args.a)?, read_colors(&args.b)?];
     let regions = match args.mask.as_slice() {
         [] => vec![Region { name: "whole image".to_owned(), mask: None }],
@@ -74,11 +79,16 @@ pub(crate) fn run(args: &Args) -> anyhow::Result<ExitCode> {
     print(args, a.size(), &scores)
 }
 
-/// Rejects images of different sizes, from their headers alone.
-fn same_sizes<'a>(paths: impl IntoIterator<Item = &'a Path>) -> anyhow::Result<()> {
+/// Reads headers, and rejects images of different sizes.
+fn same_sizes<'a>(
+    paths: impl IntoIterator<Item = &'a Path>,
+) -> anyhow::Result<Vec<(Input, Header)>> {
     let mut first: Option<(&Path, Size)> = None;
+    let mut headers = Vec::new();
     for path in paths {
-        let size = image::read_header(path).or_bad_input()?.size;
+        let header = image::read_header(path).or_bad_input()?;
+        let size = header.size;
+        headers.push((path.into(), header));
         let (of, wanted) = *first.get_or_insert((path, size));
         if size != wanted {
             return Err(bad_input(format!(
@@ -88,7 +98,21 @@ fn same_sizes<'a>(paths: impl IntoIterator<Item = &'a Path>) -> anyhow::Result<(
             )));
         }
     }
-    Ok(())
+    Ok(headers)
+}
+
+/// Memory that comparing takes at most, in bytes.
+///
+/// - `headers`: of both textures, and of the masks.
+fn needed(headers: &[(Input, Header)], judge: &Judge) -> u64 {
+    let (textures, masks) = headers.split_at(2);
+    let size = headers[0].1.size;
+    let of_levels = textures.iter().all(|(_, header)| memory::is_of_levels(header));
+    let textures = textures.iter().map(|(input, header)| memory::of_colors(input, header));
+    let (reading, kept): (Vec<u64>, Vec<u64>) = textures.unzip();
+    let of_masks = masks.iter().map(|(input, header)| decoded_bytes(Some(input), header));
+    let passing = reading.into_iter().chain(of_masks).chain([judge.scratch_bytes(size, of_levels)]);
+    kept.iter().sum::<u64>() + (masks.len() * size.texels()) as u64 + passing.max().unwrap_or(0)
 }
 
 fn read_colors(path: &Path) -> anyhow::Result<Colors> {

@@ -27,5 +27,6 @@ pub(crate) const APPEARANCE: &str = "Appearance";
 pub(crate) const MEASUREMENT: &str = "Measurement";
 pub(crate) const TONE: &str = "Tone of the face";
 pub(crate) const REPORT: &str = "Report";
+pub(crate) const LIMITS: &str = "Limits";
 
 pub(crate) const GLOBAL: &str = "Global options";

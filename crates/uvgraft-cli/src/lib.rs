@@ -26,6 +26,7 @@ mod interruption;
 mod layouts;
 mod man;
 mod map;
+mod memory;
 mod number;
 mod opacity;
 mod pair;

@@ -3,7 +3,7 @@
 use std::fmt::Write as _;
 
 use serde::{Serialize, Serializer};
-use uvgraft::Choice;
+use uvgraft::{Choice, Size};
 use uvgraft_metrics::lpips::Lpips;
 use uvgraft_metrics::{Colors, Mask, Metric, MetricError};
 
@@ -175,6 +175,12 @@ impl Judge {
             }
         }
         Ok(Self { selection, networks })
+    }
+
+    /// Memory that the most demanding metric takes at most beside the colours, in bytes.
+    pub(crate) fn scratch_bytes(&self, size: Size, of_levels: bool) -> u64 {
+        let metrics = self.selection.metrics.iter();
+        metrics.map(|metric| metric.scratch_bytes(size, of_levels)).max().unwrap_or(0)
     }
 }
 

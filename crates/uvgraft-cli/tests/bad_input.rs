@@ -427,6 +427,81 @@ fn ids_with(entry: u32, id: i64) -> String {
     ids.map(|id| format!("{id}\n")).collect()
 }
 
+/// What a glTF file refers to is looked at before it is opened: a pipe would block for ever, and a link may lead
+/// anywhere.
+#[cfg(target_os = "linux")]
+#[test]
+fn files_beside_a_model_are_files_in_its_folder() {
+    use std::os::unix::fs::symlink;
+    let bench = Bench::new();
+    let mut strip = uvgraft_tests::strip::Strip::new();
+    for name in ["model/below", "elsewhere"] {
+        bench.make_folder(name);
+    }
+    for name in ["elsewhere/strip.bin", "model/strip.bin", "model/below/strip.bin"] {
+        bench.write(name, &strip.binary);
+    }
+    let made = std::process::Command::new("mkfifo").arg(bench.path("model/pipe")).status();
+    assert!(made.is_ok_and(|status| status.success()), "mkfifo is missing");
+    symlink("../elsewhere/strip.bin", bench.path("model/outside")).unwrap();
+    symlink("below/strip.bin", bench.path("model/inside")).unwrap();
+    symlink("pipe", bench.path("model/to_pipe")).unwrap();
+    symlink("/dev/zero", bench.path("model/device")).unwrap();
+    let is_finished = |command: &str| {
+        let mut command_line = bench.command();
+        command_line.args(command.split_whitespace()).stdout(std::process::Stdio::null());
+        let mut program = command_line.stderr(std::process::Stdio::piped()).spawn().unwrap();
+        // A machine may be slow; a pipe without a writer blocks for ever.
+        for _ in 0..3_000 {
+            if program.try_wait().unwrap().is_some() {
+                let output = program.wait_with_output().unwrap();
+                return (output.status.code(), String::from_utf8(output.stderr).unwrap());
+            }
+            std::thread::sleep(std::time::Duration::from_millis(10));
+        }
+        program.kill().unwrap();
+        panic!("{command}: blocks");
+    };
+    let image = strip.json["images"][0].clone();
+    for (name, reason) in [
+        ("strip.bin", None),
+        ("inside", None),
+        ("pipe", Some("must be a file, but is a pipe or a device")),
+        ("to_pipe", Some("must be a file, but is a pipe or a device")),
+        ("device", Some("must be a file, but is a pipe or a device")),
+        ("below", Some("must be a file, but is a folder")),
+        ("outside", Some("a link to a file elsewhere")),
+    ] {
+        for is_image in [false, true] {
+            strip.json["buffers"][0]["uri"] = if is_image { "strip.bin" } else { name }.into();
+            let of_file = serde_json::json!({ "uri": name });
+            strip.json["images"][0] = if is_image { of_file } else { image.clone() };
+            bench.write("model/me.gltf", strip.json.to_string());
+            for command in [
+                "inspect model/me.gltf",
+                "inspect mesh model/me.gltf",
+                "render model/me.gltf -o out.png --size 32",
+                "view model/me.gltf -o out.html --no-open",
+            ] {
+                let (code, stderr) = is_finished(command);
+                // No buffer is an image; reports have a row of what is wrong with images.
+                let tells = !is_image || !command.starts_with("inspect");
+                match reason {
+                    Some(reason) if tells && !stderr.contains("no viewer") => {
+                        let wanted = format!("model/{name}: ");
+                        assert_eq!(code, Some(2), "{command}, {name}: {stderr}");
+                        assert!(stderr.contains(&wanted) && stderr.contains(reason), "{stderr}");
+                    }
+                    None if !is_image && !stderr.contains("no viewer") => {
+                        assert_eq!(code, Some(0), "{command}, {name}: {stderr}");
+                    }
+                    _ => assert!(matches!(code, Some(0 | 2)), "{command}, {name}: {stderr}"),
+                }
+            }
+        }
+    }
+}
+
 /// A complete PNG whose header claims more texels than any image may have.
 fn huge_png() -> Vec<u8> {
     let mut bytes = Vec::new();

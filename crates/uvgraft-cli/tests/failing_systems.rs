@@ -39,12 +39,12 @@ const CASES: [Case; 17] = [
         &["out.webp", "out.png"],
     ),
     case(
-        "transfer my.uvpair noise.png noise.tif --size 256 --format png -o out --report out.jsonl",
-        &["out", "out/noise.png", "out.jsonl", "out/.uvgraft-manifest.jsonl"],
+        "transfer my.uvpair noise.png deep.tif --size 256 --format png -o out --report out.jsonl",
+        &["out", "out/noise.png", "out/deep.png", "out.jsonl", "out/.uvgraft-manifest.jsonl"],
     ),
     case("transfer my.uvpair noise.png --size 256 --fit --fit-steps 2 -o out.exr", &["out.exr"]),
     case("seams demo.uvpair base.png --picture out.png", &["out.png"]),
-    case("compare noise.png noise.tif --metrics l1,ssim --heatmap out.png", &["out.png"]),
+    case("compare noise.png deep.tif --metrics l1,ssim --heatmap out.png", &["out.png"]),
     case("roundtrip my.uvpair noise.png --via 256 --metrics l1 -o out", &["out"]),
     case("map my.uvpair --size 256 -o out.npz", &["out.npz"]),
     case(
@@ -67,7 +67,7 @@ fn inputs() -> &'static BTreeMap<PathBuf, Vec<u8>> {
     INPUTS.get_or_init(|| {
         let bench = Bench::of_figure(&Figure::new(), 128);
         bench.paint_noise("noise.png", (300, 300), Channels::Rgb, Depth::U8);
-        bench.paint_noise("noise.tif", (300, 300), Channels::Rgb, Depth::U16);
+        bench.paint_noise("deep.tif", (300, 300), Channels::Rgb, Depth::U16);
         bench.write("strip.glb", Strip::new().glb());
         bench.content()
     })
@@ -122,7 +122,7 @@ impl Case {
         shell.args(["-c", &script, "bash"]).arg(program.get_program());
         shell.args(self.words.split_whitespace()).current_dir(bench.path("")).stdin(Stdio::null());
         shell.envs(program.get_envs().filter_map(|(name, value)| Some((name, value?))));
-        let run = shell.output().unwrap();
+        let run = shell.output().expect("bash runs");
         let stderr = String::from_utf8_lossy(&run.stderr);
         let told = format!("{loss}; uvgraft {} {streams}: {stderr}", self.words);
         let code = run.status.code();
@@ -220,9 +220,12 @@ fn limits_of_files_and_open_files() {
 /// What cannot be allocated ends the program with a message and code 1.
 #[test]
 fn limits_of_memory() {
-    let failed =
-        failures(&["ulimit -v 30000", "ulimit -v 60000", "ulimit -v 100000"], &["--threads 2"]);
-    assert!(failed > 0, "{failed} failed");
+    // Below its own size the program cannot even start.
+    let program = std::fs::metadata(env!("CARGO_BIN_EXE_uvgraft")).unwrap().len() >> 10;
+    let limits =
+        [14_000, 22_000, 40_000, 90_000].map(|more| format!("ulimit -v {}", program + more));
+    let failed = failures(&limits.each_ref().map(|limit| &**limit), &["--threads 2"]);
+    assert!(failed >= CASES.len(), "{failed} failed");
 }
 
 /// The program needs the stack that it starts on for hardly anything.
@@ -245,7 +248,6 @@ fn read_only_folders_and_full_disks() {
         return;
     }
     for case in &CASES {
-        let wanted = case.wanted();
         for (mount, least) in [("size=64k", 0), ("ro", 1)] {
             let bench = bench();
             let script = format!(
@@ -269,7 +271,6 @@ fn read_only_folders_and_full_disks() {
             if code != 0 {
                 assert!(stderr.contains("error: "), "{told}");
             }
-            let _ = &wanted;
         }
     }
 }
@@ -292,17 +293,15 @@ fn inputs_and_folders_that_change() {
     bench.paint_noise("other.png", (900, 1300), Channels::Rgb, Depth::U8);
     let other = bench.bytes("other.png");
     bench.paint_noise("face.png", (512, 512), Channels::Rgb, Depth::U8);
-    let changes: [(&str, &dyn Fn(&Path)); 5] = [
-        ("cut", &|path| {
-            std::fs::File::options().write(true).open(path).unwrap().set_len(99_999).unwrap()
-        }),
-        ("emptied", &|path| std::fs::File::create(path).map(drop).unwrap()),
-        ("overwritten", &|path| std::fs::write(path, &other).unwrap()),
-        ("removed", &|path| std::fs::remove_file(path).unwrap()),
-        ("folder removed", &|path| std::fs::remove_dir_all(path.with_file_name("there")).unwrap()),
-    ];
+    let change = |what: &str, path: &Path| match what {
+        "cut" => std::fs::File::options().write(true).open(path).unwrap().set_len(99_999).unwrap(),
+        "emptied" => std::fs::File::create(path).map(drop).unwrap(),
+        "overwritten" => std::fs::write(path, &other).unwrap(),
+        "removed" => std::fs::remove_file(path).unwrap(),
+        _ => std::fs::remove_dir_all(path.with_file_name("there")).unwrap(),
+    };
     let mut failed = 0;
-    for (what, change) in changes {
+    for what in ["cut", "emptied", "overwritten", "removed", "folder removed"] {
         for wait_ms in [1, 4, 10, 20, 40, 80] {
             bench.write("large.png", &large);
             bench.make_folder("there");
@@ -312,7 +311,7 @@ fn inputs_and_folders_that_change() {
                 .args("transfer my.uvpair face.png --onto large.png -o there/out.png".split(' '));
             let program = command.stdin(Stdio::null()).stderr(Stdio::piped()).spawn().unwrap();
             std::thread::sleep(Duration::from_millis(wait_ms));
-            change(&bench.path("large.png"));
+            change(what, &bench.path("large.png"));
             let run = program.wait_with_output().unwrap();
             let stderr = String::from_utf8(run.stderr).unwrap();
             let told = format!("{what} after {wait_ms} ms: {stderr}");

@@ -45,9 +45,15 @@ fn a_report_in_markdown() {
 #[test]
 fn json_and_the_region() {
     let bench = bench();
-    let args = "roundtrip my.uvpair body.png --via 96 --metrics l1,psnr --repeats 1 --json --fit";
-    let report: Value = serde_json::from_str(&bench.succeed(args)).unwrap();
+    // Of paths, reports hold the files' names alone.
+    let pair = bench.path("my.uvpair");
+    let args = format!(
+        "roundtrip {} ./body.png --via 96 --metrics l1,psnr --repeats 1 --json --fit",
+        pair.display()
+    );
+    let report: Value = serde_json::from_str(&bench.succeed(&args)).unwrap();
     assert_eq!((&report["texture"], &report["linked"]), (&json!("body.png"), &json!(3072)));
+    assert_eq!(report["pair"], json!("my.uvpair"));
     assert_eq!(report["via"], json!({"width": 96, "height": 96}));
     let score = |outcome: usize, region: usize, metric: &str| {
         report["outcomes"][outcome]["regions"][region]["scores"][metric].as_f64().unwrap()

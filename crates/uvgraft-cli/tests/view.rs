@@ -58,6 +58,33 @@ fn a_page_holds_the_files_beside_a_gltf() {
     assert!(page.contains(r#""lookAt":"head""#));
 }
 
+/// Photographs tell where they were taken; a page that is passed on does not.
+#[test]
+fn a_page_holds_pictures_without_their_metadata() {
+    if PAGE.is_none() {
+        return;
+    }
+    let bench = Bench::new();
+    bench.write("me.glb", mannequin::file(false));
+    // In base64, whichever byte of three it starts at.
+    let secret = b"GPS".repeat(100);
+    let encoded = ["R1BTR1BT", "UFNHUFNH", "U0dQU0dQ"];
+    bench.draw("plain.jpg", (64, 64), |x, y| [x as u8 * 3, y as u8 * 2, 90]);
+    bench.derive("photo.jpg", "plain.jpg", |bytes| {
+        let comment = [&[0xff, 0xfe, 1, 46][..], &secret].concat();
+        bytes.splice(2..2, comment);
+        bytes.extend(&secret);
+    });
+    let page = |name: &str| {
+        let run = bench.run(&format!("view me.glb --texture {name} --no-open"));
+        assert_eq!((run.code, &*run.stderr), (Some(0), ""));
+        String::from_utf8(bench.bytes("me.html")).unwrap()
+    };
+    let photo = page("photo.jpg");
+    assert!(!encoded.iter().any(|secret| photo.contains(secret)));
+    assert_eq!(photo, page("plain.jpg").replace("plain.jpg", "photo.jpg"));
+}
+
 #[test]
 fn refuses_what_it_cannot_show() {
     if PAGE.is_none() {

@@ -10,6 +10,7 @@ use std::fmt;
 
 use serde::Deserializer as _;
 use serde::de::{self, MapAccess, Visitor};
+use uvgraft::listing::listed;
 
 use crate::input::{Input, ReadError};
 use crate::numpy::NumberKind;
@@ -29,9 +30,6 @@ pub const MAX_IDS: usize = 1 << 24;
 
 /// Maximum length of a name in bytes.
 const LONGEST_NAME: usize = 256;
-
-/// Maximum number of names listed in an error: SMPL-X's segmentation has 27.
-const MAX_LISTED: usize = 32;
 
 /// Why vertex groups were rejected. Entries count from 1.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
@@ -86,7 +84,7 @@ pub enum VertexGroupsError {
     #[error("must have at least one vertex group")]
     Empty,
     /// No group has the name.
-    #[error("no group `{name}`; the file has {}", listed(names))]
+    #[error("no group `{name}`; the file has {}", known(names))]
     Unknown {
         /// The requested name.
         name: String,
@@ -285,14 +283,9 @@ impl<'de> Visitor<'de> for JsonGroups {
     }
 }
 
-/// Names for a message: printable, and not too many.
-fn listed(names: &[String]) -> String {
-    let text: Vec<String> =
-        names.iter().take(MAX_LISTED).map(|name| format!("`{}`", name.escape_debug())).collect();
-    match names.len().saturating_sub(MAX_LISTED) {
-        0 => text.join(", "),
-        more => format!("{} and {more} more", text.join(", ")),
-    }
+/// Names for a message, printable.
+fn known(names: &[String]) -> String {
+    listed(names.iter().map(|name| format!("`{}`", name.escape_debug())))
 }
 
 #[cfg(test)]

@@ -16,22 +16,24 @@ pub(super) fn mean(
     of: impl Fn(f64) -> f64 + Sync + Send,
 ) -> Result<f64, MetricError> {
     same_size(a, b, mask)?;
-    let width = a.size().width as usize;
-    let texels = ROWS * width;
+    let (width, height) = (a.size().width as usize, a.size().height as usize);
     let term = |(a, b): (&f32, &f32)| of(f64::from(*a) - f64::from(*b));
-    let sums = map_indices(a.size().texels().div_ceil(texels), |block| {
-        let texels = block * texels..((block + 1) * texels).min(a.size().texels());
-        let [a, b] = [a, b].map(|colors| colors.values(texels.clone()));
-        match mask {
-            None => a.iter().zip(b.iter()).map(term).sum::<f64>(),
-            Some(mask) => a
-                .chunks_exact(3)
-                .zip(b.chunks_exact(3))
-                .zip(&mask.selected()[texels])
-                .filter(|(_, selected)| **selected)
-                .map(|((a, b), _)| a.iter().zip(b).map(term).sum::<f64>())
-                .sum(),
+    let sums = map_indices(height.div_ceil(ROWS), |block| {
+        let mut sum = 0.0;
+        for row in block * ROWS..((block + 1) * ROWS).min(height) {
+            let texels = row * width..(row + 1) * width;
+            let [a, b] = [a, b].map(|colors| colors.values(texels.clone()));
+            match mask {
+                None => a.iter().zip(b.iter()).map(term).for_each(|term| sum += term),
+                Some(mask) => a
+                    .chunks_exact(3)
+                    .zip(b.chunks_exact(3))
+                    .zip(&mask.selected()[texels])
+                    .filter(|(_, selected)| **selected)
+                    .for_each(|((a, b), _)| sum += a.iter().zip(b).map(term).sum::<f64>()),
+            }
         }
+        sum
     });
     let count = mask.map_or(a.size().texels(), Mask::count);
     Ok(sums.iter().sum::<f64>() / (count as f64 * 3.0))

@@ -4,6 +4,7 @@ use std::path::Path;
 
 use uvgraft::Choice;
 use uvgraft::blend::{BlendDomain, Growth, Selection, Side};
+use uvgraft::listing::listed;
 use uvgraft_io::image::{self, DeclaredSpace, Format};
 use uvgraft_io::input::Input;
 use uvgraft_io::{vertex_groups, vertex_list};
@@ -230,11 +231,10 @@ fn part_of(domain: &BlendDomain, part: &RegionPart) -> Result<Part> {
         "pkl" | "pickle" | "json" => {
             let groups = vertex_groups::read(input).or_input()?;
             if names.is_empty() {
-                let known: Vec<&str> = groups.names().collect();
                 return Err(Failure::input(format!(
                     "{name} holds named groups; select some, such as {name}#{}; known groups: {}",
-                    known.first().unwrap_or(&"face"),
-                    known.join(", ")
+                    groups.names().next().unwrap_or("face"),
+                    listed(groups.names())
                 )));
             }
             let mut ids = Vec::new();

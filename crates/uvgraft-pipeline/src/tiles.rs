@@ -11,6 +11,7 @@ mod sources;
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
 
+use uvgraft::listing::listed;
 use uvgraft::{Tile, TileAtlas};
 use uvgraft_io::input::Input;
 use uvgraft_io::output::{AtomicFile, TemporaryFolder};
@@ -206,7 +207,7 @@ impl Transfer {
             return Err(Failure::option(format!(
                 "`blend` cannot be used where the target has several tiles ({}): blends end at the \
                  borders of tiles",
-                names::list(filled)
+                listed(filled)
             )));
         }
         let mut jobs = Vec::new();

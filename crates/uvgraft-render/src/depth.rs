@@ -1,5 +1,7 @@
 //! Depth maps: how near the nearest surface is, at every sample or at a grid of them.
 
+use std::iter;
+
 use uvgraft::{Size, threads};
 
 use super::projection::Projected;
@@ -7,12 +9,18 @@ use super::projection::Projected;
 /// Rows of samples per task.
 pub(crate) const BAND: u32 = 32;
 
+/// Bands of most triangles. Those that touch more are listed once: a million that cover the screen would have
+/// half a gigabyte of lists.
+const FEW: u32 = 8;
+
 /// Triangles on the screen, sorted into bands of rows.
 #[derive(Debug)]
 pub(crate) struct Drawing {
     parts: Vec<Projected>,
-    /// Indices of the triangles that touch each band, in ascending order.
+    /// Indices of the triangles that touch each band, in ascending order, without those that touch many.
     bands: Vec<Vec<u32>>,
+    /// Indices of the triangles that touch more bands than [`FEW`], in ascending order.
+    tall: Vec<u32>,
     pub size: Size,
 }
 
@@ -20,20 +28,47 @@ impl Drawing {
     /// - `size`: the one that the triangles were projected to.
     pub fn new(parts: Vec<Projected>, size: Size) -> Self {
         let mut bands = vec![Vec::new(); size.height.div_ceil(BAND) as usize];
-        for (index, part) in parts.iter().enumerate() {
-            let rows = part.scan.rows();
-            for band in rows.start / BAND..=(rows.end - 1) / BAND {
-                bands[band as usize].push(index as u32);
+        let mut tall = Vec::new();
+        for (index, part) in (0_u32..).zip(&parts) {
+            let (first, last) = touched(part);
+            if last - first < FEW {
+                bands[first as usize..=last as usize].iter_mut().for_each(|band| band.push(index));
+            } else {
+                tall.push(index);
             }
         }
-        Self { parts, bands, size }
+        Self { parts, bands, tall, size }
     }
 
     /// The triangles that touch a band, in the order in which they are drawn.
-    pub fn band(&self, band: usize) -> impl ExactSizeIterator<Item = &Projected> {
-        let indices = self.bands.get(band).map_or(&[][..], Vec::as_slice);
-        indices.iter().map(|&index| &self.parts[index as usize])
+    pub fn band(&self, band: usize) -> impl Iterator<Item = &Projected> {
+        let touches = move |&index: &u32| {
+            let (first, last) = touched(&self.parts[index as usize]);
+            (first as usize..=last as usize).contains(&band)
+        };
+        let own = self.bands.get(band).map_or(&[][..], Vec::as_slice).iter().copied();
+        let tall = self.tall.iter().copied().filter(touches);
+        in_order(own, tall).map(|index| &self.parts[index as usize])
     }
+}
+
+/// The first and the last band that a triangle touches.
+fn touched(part: &Projected) -> (u32, u32) {
+    let rows = part.scan.rows();
+    (rows.start / BAND, (rows.end - 1) / BAND)
+}
+
+/// Merges two ascending sequences.
+fn in_order(
+    a: impl Iterator<Item = u32>,
+    b: impl Iterator<Item = u32>,
+) -> impl Iterator<Item = u32> {
+    let (mut a, mut b) = (a.peekable(), b.peekable());
+    iter::from_fn(move || match (a.peek(), b.peek()) {
+        (Some(x), Some(y)) if y < x => b.next(),
+        (Some(_), _) => a.next(),
+        (None, _) => b.next(),
+    })
 }
 
 /// Where triangles have holes.
@@ -115,5 +150,19 @@ impl DepthMap {
     pub fn row(&self, y: u32) -> &[f32] {
         let width = self.size.width as usize;
         &self.depths[y as usize * width..][..width]
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn tall_triangles_are_drawn_in_their_order() {
+        let merged = |a: &[u32], b: &[u32]| -> Vec<u32> {
+            in_order(a.iter().copied(), b.iter().copied()).collect()
+        };
+        assert_eq!(merged(&[1, 4, 5], &[0, 2, 6, 7]), [0, 1, 2, 4, 5, 6, 7]);
+        assert_eq!((merged(&[], &[3]), merged(&[3], &[])), (vec![3], vec![3]));
     }
 }

@@ -35,8 +35,8 @@ impl Layers {
     pub fn draw(&mut self, drawing: &Drawing, band: usize, least: f32, opaque: &Samples) {
         self.counts.fill(0);
         self.columns = Range { start: u32::MAX, end: 0 };
-        let parts = drawing.band(band);
-        if parts.len() == 0 {
+        let mut parts = drawing.band(band).peekable();
+        if parts.peek().is_none() {
             return;
         }
         let (width, height) = (drawing.size.width as usize, drawing.size.height);

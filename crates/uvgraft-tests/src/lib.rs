@@ -10,6 +10,7 @@ pub mod downloads;
 pub mod dressed;
 pub mod fixtures;
 pub mod gltf_transform;
+pub mod greedy;
 pub mod independent;
 pub mod looks;
 pub mod made_up;

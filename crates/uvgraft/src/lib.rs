@@ -46,6 +46,7 @@ pub mod known;
 pub mod labels;
 mod layout_grid;
 pub mod layout_match;
+pub mod listing;
 pub mod map;
 pub mod matrix;
 pub mod mesh;

@@ -3,6 +3,7 @@
 use std::fmt::Display;
 
 use uvgraft::Mesh;
+use uvgraft::listing::listed;
 use uvgraft_avatar::Avatar;
 use uvgraft_avatar::body::{BodyKind, Deviation, ExpressionReport, ModelFile, ReadOptions, Shape};
 use uvgraft_figure::Figure;
@@ -115,7 +116,7 @@ impl RiggedBody {
         let ModelFile { model, gender, license, parts, unused } =
             ModelFile::read(file, &needs).or_input()?;
         if request.verbose && !unused.is_empty() {
-            observer.note(format_args!("{file}: unused: {}", unused.join(", ")));
+            observer.note(format_args!("{file}: unused: {}", listed(unused)));
         }
         if let Some(why) = model.correctives_left_out() {
             observer.note(format_args!("{file}: pose correctives are left out: {why}"));

@@ -1,5 +1,6 @@
 //! Expressions by name, carried to the body from another model.
 
+use uvgraft::listing::listed;
 use uvgraft_avatar::body::{ModelFile, ReadOptions, Shape};
 use uvgraft_avatar::face::add_named;
 use uvgraft_avatar::face::transfer::transfer_between;
@@ -34,12 +35,12 @@ pub(super) fn add(file: &Input, body: &mut RiggedBody, observer: &dyn Observer) 
         observer.warn(format_args!("{}: {error}; lids and lips may not touch", body.name));
     }
     if !carried.unmoved.is_empty() {
-        let names = carried.unmoved.join(", ");
+        let names = listed(&carried.unmoved);
         observer.note(format_args!("{}: nothing moves in {names}; left out", body.name));
     }
     let added = add_named(&mut body.avatar, carried.morphs);
     if !added.taken.is_empty() {
-        let names = added.taken.join(", ");
+        let names = listed(&added.taken);
         observer
             .note(format_args!("{}: already has expressions of these names: {names}", body.name));
     }

@@ -3,6 +3,7 @@
 use std::fmt::Write as _;
 
 use uvgraft::Choice;
+use uvgraft::listing::listed;
 use uvgraft_avatar::Avatar;
 use uvgraft_avatar::body::{BodyModel, Gender, Shape, Shaped};
 use uvgraft_avatar::motion::{
@@ -134,7 +135,7 @@ impl Recording {
         if !self.motion.unused().is_empty() {
             observer.warn(format_args!(
                 "{file}: not used, so the face or the hands will not move as recorded: {}",
-                self.motion.unused().join(", ")
+                listed(self.motion.unused())
             ));
         }
     }

@@ -1,5 +1,6 @@
 //! Warns of triangles whose UV coordinates lie outside the unit square.
 
+use uvgraft::listing::listed;
 use uvgraft::{Mesh, Tile};
 use uvgraft_pipeline::Observer;
 
@@ -19,7 +20,6 @@ pub(super) fn warn_of_outside(meshes: [&Mesh; 2], names: [&str; 2], observer: &d
         let in_tiles = tiles.len();
         tiles.sort_unstable();
         tiles.dedup();
-        let tiles: Vec<String> = tiles.iter().map(ToString::to_string).collect();
         let triangles = if count == 1 { "triangle has" } else { "triangles have" };
         let mut text = format!(
             "{name}: {} {triangles} UV coordinates outside the unit square",
@@ -29,7 +29,7 @@ pub(super) fn warn_of_outside(meshes: [&Mesh; 2], names: [&str; 2], observer: &d
             text += &format!(
                 "; {} in UDIM tiles ({}) are linked only for textures with an image for each tile",
                 grouped(in_tiles),
-                tiles.join(", ")
+                listed(tiles)
             );
         }
         if in_tiles < count {

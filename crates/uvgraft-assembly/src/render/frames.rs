@@ -1,5 +1,6 @@
 //! The frames of a render: a pose and an angle for each.
 
+use uvgraft::listing::listed;
 use uvgraft_gltf::scene::{Clip, PoseRequest, Scene};
 use uvgraft_pipeline::{Failure, Result};
 
@@ -84,9 +85,8 @@ impl RenderRequest {
                 return Failure::input(format!("no clip {name:?}: the file has no animations"));
             }
             let numbered = clips.iter().enumerate();
-            let known: Vec<String> =
-                numbered.take(40).map(|(index, clip)| format!("{index} ({})", clip.name)).collect();
-            Failure::input(format!("no clip {name:?}; must be one of {}", known.join(", ")))
+            let known = listed(numbered.map(|(index, clip)| format!("{index} ({})", clip.name)));
+            Failure::input(format!("no clip {name:?}; must be one of {known}"))
         })
     }
 }

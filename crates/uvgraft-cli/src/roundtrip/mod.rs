@@ -8,7 +8,7 @@ use std::process::ExitCode;
 
 use anyhow::Context;
 use uvgraft::{Choice, Depth, Direction, Filter, MapOptions, Side, Size, Texture, choices};
-use uvgraft_io::image::{self, Image, WriteOptions};
+use uvgraft_io::image::{self, Header, Image, WriteOptions};
 use uvgraft_io::{output, pair_file};
 use uvgraft_metrics::{Colors, Mask};
 use uvgraft_pipeline::Outputs;
@@ -17,11 +17,12 @@ use crate::choice::choice;
 use crate::failure::{OrBadInput, bad_input, warn};
 use crate::heading;
 use crate::heatmap;
+use crate::memory::{self, MemoryOption};
 use crate::number::whole_number;
 use crate::opacity::{over_black, warn_unless_opaque};
 use crate::progress;
 use crate::report::parse_size;
-use crate::scores::{MetricsOption, Region, Scores};
+use crate::scores::{Judge, MetricsOption, Region, Scores};
 use crate::terminal;
 use method::{Course, Method, Trip};
 use report::{Outcome, Report};
@@ -81,6 +82,8 @@ pub(crate) struct Args {
     /// Each score is a number, "inf", or {"unavailable": reason}.
     #[arg(long, help_heading = heading::REPORT)]
     json: bool,
+    #[command(flatten)]
+    memory: MemoryOption,
 }
 
 /// A method before ours.
@@ -99,6 +102,23 @@ choices!(Baseline {
 const MAX_SIDE: u32 = 16_384;
 
 impl Args {
+    /// Memory that the round trip takes at most, in bytes: measured at 4096² there and back, with a margin of a
+    /// quarter.
+    fn needed(&self, header: &Header, judge: &Judge) -> u64 {
+        let texels = header.size.texels() as u64;
+        let channels = header.channels.without_alpha().count();
+        let texel = (channels * header.depth.bytes()) as u64;
+        let there_and_back = texels + self.via.texels() as u64;
+        let (reading, colors) = memory::of_colors(&(&self.texture).into(), header);
+        // The original, its result, and bases of runs that are measured.
+        let textures = 5 * texels * texel + 3 * self.via.texels() as u64 * texel;
+        // Of the solver, and of pictures and their filters.
+        let fit = if self.fit { there_and_back * 8 * (channels as u64 + 1) } else { 0 };
+        let baseline = if self.baseline.is_empty() { 0 } else { there_and_back * 8 };
+        let measuring = judge.scratch_bytes(header.size, memory::is_of_levels(header));
+        textures + 2 * colors + reading.max(fit).max(baseline).max(measuring)
+    }
+
     /// The requested methods without duplicates, our own first.
     fn methods(&self) -> Vec<Method> {
         let sampled = self.filter.iter().copied().map(Method::Sampled);
@@ -127,17 +147,21 @@ pub(crate) fn run(args: &Args) -> anyhow::Result<ExitCode> {
     let folder =
         args.output.as_deref().map(|path| Folder::new(path, args, &methods)).transpose()?;
     let file = pair_file::read(&args.pair).or_bad_input()?;
-    let texture = image::read(&args.texture).or_bad_input()?.texture;
-    // The baselines ignore opacity, and metrics compare colours only.
-    warn_unless_opaque(&texture, &args.texture);
-    let texture = over_black(texture);
-    for (what, size) in [("the texture", texture.size()), ("--via", args.via)] {
+    let opened = image::open(&args.texture).or_bad_input()?;
+    let size = opened.header().size;
+    for (what, size) in [("the texture", size), ("--via", args.via)] {
         if size.width.max(size.height) > MAX_SIDE {
             return Err(bad_input(format!(
                 "{what} must be at most {MAX_SIDE} texels a side, got {size}"
             )));
         }
     }
+    let judge = args.metrics.judge()?;
+    args.memory.check("the round trip", args.needed(&opened.header(), &judge))?;
+    let texture = opened.decode().or_bad_input()?.texture;
+    // The baselines ignore opacity, and metrics compare colours only.
+    warn_unless_opaque(&texture, &args.texture);
+    let texture = over_black(texture);
     let there = match args.from {
         Side::Source => Direction::Forward,
         Side::Target => Direction::Reverse,
@@ -161,7 +185,6 @@ pub(crate) fn run(args: &Args) -> anyhow::Result<ExitCode> {
     let original = Colors::new(texture.clone())
         .with_context(|| args.texture.display().to_string())
         .or_bad_input()?;
-    let judge = args.metrics.judge()?;
     if let Some(folder) = &folder {
         folder.make()?;
     }

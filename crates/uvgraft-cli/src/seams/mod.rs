@@ -17,13 +17,14 @@ use std::sync::Arc;
 use anyhow::Context;
 use uvgraft::layout_match::{LayoutPoints, LayoutProbe};
 use uvgraft::{Anatomy, BlendDomain, Direction, Texture};
-use uvgraft_io::image;
+use uvgraft_io::image::{self, OpenImage};
 use uvgraft_io::pair_file::{self, PairFile};
 use uvgraft_metrics::seams::{Offset, SeamOptions, measure};
-use uvgraft_pipeline::{Input, Length, Outputs, Unit};
+use uvgraft_pipeline::{Input, Length, Outputs, Unit, decoded_bytes};
 
 use crate::failure::{Notes, OrBadInput, warn};
 use crate::heading;
+use crate::memory::MemoryOption;
 use crate::number::whole_number;
 use crate::region::RegionArgs;
 use face::Face;
@@ -85,6 +86,21 @@ pub(crate) struct Args {
     /// `fits`, and is null if the mesh has no head.
     #[arg(long, help_heading = heading::REPORT)]
     json: bool,
+    #[command(flatten)]
+    memory: MemoryOption,
+}
+
+/// Memory that measuring takes at most, in bytes: the textures, one of them while it is decoded, and what each
+/// texel shows.
+fn needed<'a>(images: impl Iterator<Item = &'a OpenImage>) -> u64 {
+    let (mut kept, mut passing) = (0, 0);
+    for image in images {
+        let header = image.header();
+        let texels = header.size.texels() as u64;
+        kept += texels * (header.channels.count() * header.depth.bytes() + 4) as u64;
+        passing = passing.max(decoded_bytes(Some(&image.name().into()), &header));
+    }
+    kept + passing
 }
 
 fn parse_distance(text: &str) -> Result<f64, String> {
@@ -113,8 +129,11 @@ pub(crate) fn run(args: &Args) -> anyhow::Result<ExitCode> {
         Outputs::new(inputs).check(picture)?;
     }
     let file = pair_file::read(&args.pair).or_bad_input()?;
-    let texture = image::read(&args.texture).or_bad_input()?.texture;
-    let references = args.tone.read(texture.size())?;
+    let texture = image::open(&args.texture).or_bad_input()?;
+    let references = args.tone.open(texture.header().size)?;
+    args.memory.check("measuring", needed([&texture].into_iter().chain(references.images())))?;
+    let texture = texture.decode().or_bad_input()?.texture;
+    let references = references.decode()?;
     let direction = if args.reverse { Direction::Reverse } else { Direction::Forward };
     warn_of_misfit(&file, direction, &texture, &args.texture);
     let domain = BlendDomain::new(Arc::clone(&file.pair), direction);

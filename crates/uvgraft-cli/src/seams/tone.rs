@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 use anyhow::Context;
 use serde::Serialize;
 use uvgraft::{Anatomy, Area, BlendDomain, Size, Texture};
-use uvgraft_io::image;
+use uvgraft_io::image::{self, OpenImage};
 use uvgraft_metrics::seams::{
     SkinColors, ToneMatch, ToneReferences, TransferredFace, measure_tone,
 };
@@ -43,25 +43,43 @@ impl ToneArgs {
         [&self.onto, &self.face].into_iter().filter_map(|path| path.as_deref())
     }
 
-    /// Reads the textures to compare with.
+    /// Opens the textures to compare with.
     ///
     /// - `size`: of the measured texture.
-    pub fn read(&self, size: Size) -> anyhow::Result<References> {
-        let read = |path: &Option<PathBuf>| {
-            let image = path.as_deref().map(image::read).transpose().or_bad_input()?;
-            anyhow::Ok(image.map(|image| image.texture))
-        };
-        let base = read(&self.onto)?;
-        if let (Some(path), Some(base)) = (&self.onto, &base)
-            && base.size() != size
+    pub fn open(&self, size: Size) -> anyhow::Result<OpenReferences> {
+        let open =
+            |path: &Option<PathBuf>| path.as_deref().map(image::open).transpose().or_bad_input();
+        let base = open(&self.onto)?;
+        if let Some(base) = &base
+            && base.header().size != size
         {
+            let (name, found) = (base.name().display(), base.header().size);
             return Err(bad_input(format!(
-                "{}: base must have the size of the texture, {size}, got {}",
-                path.display(),
-                base.size()
+                "{name}: base must have the size of the texture, {size}, got {found}"
             )));
         }
-        Ok(References { base, face: read(&self.face)? })
+        Ok(OpenReferences { base, face: open(&self.face)? })
+    }
+}
+
+/// Textures whose headers were read.
+pub(super) struct OpenReferences {
+    base: Option<OpenImage>,
+    face: Option<OpenImage>,
+}
+
+impl OpenReferences {
+    /// The images.
+    pub fn images(&self) -> impl Iterator<Item = &OpenImage> {
+        [&self.base, &self.face].into_iter().flatten()
+    }
+
+    pub fn decode(self) -> anyhow::Result<References> {
+        let decoded = |image: Option<OpenImage>| {
+            let image = image.map(OpenImage::decode).transpose().or_bad_input()?;
+            anyhow::Ok(image.map(|image| image.texture))
+        };
+        Ok(References { base: decoded(self.base)?, face: decoded(self.face)? })
     }
 }
 

@@ -15,7 +15,7 @@ use uvgraft_assembly::pair_picture;
 use uvgraft_io::image::{Format, WriteOptions};
 use uvgraft_pipeline::{
     BaseSource, Correspondence, Existing, Fault, Input, Inputs, MaterialMap, Role, Shard,
-    TextureList, Transfer, Values,
+    TextureList, Transfer, Values, parse_memory,
 };
 
 use crate::blending::BlendArgs;
@@ -190,7 +190,6 @@ pub(crate) struct Args {
     quality: Option<u8>,
 }
 
-/// Parses a number of bytes, with K, M, G or T for powers of 1024.
 fn parse_format(text: &str) -> Result<String, String> {
     let extension = text.strip_prefix('.').unwrap_or(text);
     Format::from_extension(extension)

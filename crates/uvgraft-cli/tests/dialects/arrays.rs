@@ -279,7 +279,7 @@ fn models() -> Vec<Case> {
                     .map(|name| (name.as_str(), npy("<f4", false, &[1], &[0; 4])))
                     .collect::<Vec<_>>())
             },
-            Refused("`an_array_with_a_long_name_011` and 288 more"),
+            Refused("`an_array_with_a_long_name_009` and 290 more"),
         ),
     ]
 }

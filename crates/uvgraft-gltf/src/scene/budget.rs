@@ -16,7 +16,7 @@ pub(super) const MAX_BYTES: u64 = 1 << 30;
 pub(super) const MAX_EXTERNAL_BYTES: u64 = 2 * MAX_BYTES;
 /// Size limit of the JSON, in bytes: files with embedded buffers have hundreds of megabytes.
 pub(super) const MAX_JSON_BYTES: u64 = 1 << 29;
-/// Limit of objects in the JSON: the largest known files have a tenth.
+/// Limit of objects in the JSON, each of which takes up to two kilobytes with what is made of it.
 pub(super) const MAX_OBJECTS: u64 = 1 << 20;
 /// Limit of numbers decoded from one file: 1 GiB of floats. Arrays may be referenced many times, so it
 /// bounds the time, too.
@@ -29,21 +29,21 @@ pub(super) const MAX_PRIMITIVES: u64 = 1 << 20;
 pub(super) const MAX_VERTICES: u64 = 1 << 24;
 pub(super) const MAX_TRIANGLES: u64 = 1 << 25;
 /// Limit of the numbers of vertices that morph targets and joints move, one after the other, to pose
-/// a scene: 300 targets that move all of 1.7 million vertices and their normals. Takes two seconds.
+/// a scene: those of 300 targets that move all of 1.7 million vertices and their normals.
 pub(super) const MAX_MOVES: u64 = 1 << 30;
 /// Limit of the instances of all nodes together. With 16 vertices each they reach the limit of
 /// vertices, too.
 pub(super) const MAX_INSTANCES: u64 = 1 << 20;
-/// Limit of the morph targets that expressions move, each counted for every node that shows its mesh:
-/// a person has fewer than a thousand.
+/// Limit of the morph targets that expressions move, each counted for every node that shows its mesh: a
+/// hundred expressions may move ten thousand each.
 pub(super) const MAX_BINDS: u64 = 1 << 20;
 /// Limit of texels in all images together, each as often as it is decoded.
 pub(super) const MAX_TEXELS: u64 = 1 << 28;
 /// Limit of the names of all parts, in bytes: those of meshes and materials are repeated.
 pub(super) const MAX_NAME_BYTES: u64 = 1 << 26;
 
-/// What a file may take of memory, however small it is: a person of 100,000 triangles with four textures
-/// of 4096² takes 600 MiB when drawn, however well all of it is compressed.
+/// What a file may take of memory, however small it is: by our estimates, a person of 100,000 triangles with
+/// four textures of 4096² takes 700 MiB when drawn, however well all of it is compressed.
 const ANY_FILE: u64 = 1 << 30;
 
 /// A bound on the memory that reading and drawing a scene takes.

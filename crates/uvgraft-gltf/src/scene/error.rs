@@ -1,5 +1,6 @@
 //! Errors of reading and posing scenes.
 
+use uvgraft::listing::listed;
 use uvgraft_io::image::ImageError;
 use uvgraft_io::input::beginning;
 
@@ -119,16 +120,15 @@ pub enum PoseRequestError {
     },
 }
 
-/// "must be one of ...", with at most 20 names.
+/// "must be one of ...", with the beginnings of names.
 pub(super) fn known(choices: &[String]) -> String {
-    const MAX: usize = 20;
+    const LENGTH: usize = 60;
     if choices.is_empty() {
         return "the file has none".to_owned();
     }
-    let more = match choices.len().saturating_sub(MAX) {
-        0 => String::new(),
-        more => format!(" and {more} more"),
+    let shortened = |name: &String| match name.char_indices().nth(LENGTH) {
+        Some((end, _)) => format!("{}…", &name[..end]),
+        None => name.clone(),
     };
-    let shown: Vec<&str> = choices.iter().take(MAX).map(String::as_str).collect();
-    format!("must be one of {}{more}", shown.join(", "))
+    format!("must be one of {}", listed(choices.iter().map(shortened)))
 }

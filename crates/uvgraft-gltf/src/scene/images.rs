@@ -14,8 +14,8 @@ use super::error::SceneError;
 use super::material::{TextureUse, Wrap};
 use crate::glb::KTX2_IDENTIFIER;
 
-/// Bytes of a texel while it is decoded, apart from those of its values: decoders keep copies of rows,
-/// planes or coefficients.
+/// Bytes of a texel while it is decoded, apart from those of its values: decoders keep planes or
+/// coefficients.
 const DECODING: u64 = 4;
 /// Bytes of a texel as it is drawn, with all smaller copies of it.
 const DRAWN: u64 = 6;
@@ -114,12 +114,12 @@ impl<'a> Images<'a> {
             }
         }
         let bytes = bytes(image, asset, accessors, &format!("image {number}"))?;
-        let Extent { size, bytes_each } = extent(&bytes, number)?;
+        let Extent { size, bytes_each, decoding } = extent(&bytes, number)?;
         let texels = size.texels() as u64;
         self.texels += texels;
         too_many("texels of images", self.texels, MAX_TEXELS)?;
         self.demand.add(Purpose::Images, texels, bytes_each);
-        self.demand.pass(Purpose::Images, texels * (bytes_each + DECODING));
+        self.demand.pass(Purpose::Images, texels * (bytes_each + decoding));
         self.numbers.push(number);
         self.encoded.push(bytes);
         self.sizes.push(size);
@@ -173,17 +173,21 @@ pub(super) fn is_ktx2(bytes: &[u8]) -> bool {
 pub(super) struct Extent {
     pub size: Size,
     pub bytes_each: u64,
+    /// Bytes of a texel while it is decoded, apart from those of its values.
+    pub decoding: u64,
 }
 
 /// The extent of an encoded image.
 pub(super) fn extent(bytes: &[u8], number: u32) -> Result<Extent, SceneError> {
     if is_ktx2(bytes) {
-        return Ok(Extent { size: ktx2_size(bytes, number)?, bytes_each: 4 });
+        return Ok(Extent { size: ktx2_size(bytes, number)?, bytes_each: 4, decoding: DECODING });
     }
     let header = image::decode_header(bytes);
-    let image::Header { size, channels, depth, .. } =
+    let image::Header { size, channels, depth, decoding_bytes, .. } =
         header.map_err(|reason| SceneError::Image { index: number as usize, reason })?;
-    Ok(Extent { size, bytes_each: (channels.count() * depth.bytes()) as u64 })
+    let bytes_each = (channels.count() * depth.bytes()) as u64;
+    let decoding = decoding_bytes.div_ceil(size.texels() as u64).saturating_sub(bytes_each);
+    Ok(Extent { size, bytes_each, decoding })
 }
 
 /// Decodes an image. The caller has limited its size.
@@ -222,7 +226,7 @@ mod tests {
     use std::io::Cursor;
 
     use uvgraft::{Channels, Encoding, Texels};
-    use uvgraft_io::image::{Format, WriteOptions};
+    use uvgraft_io::image::WriteOptions;
 
     use super::*;
 

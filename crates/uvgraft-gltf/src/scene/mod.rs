@@ -22,6 +22,8 @@ mod document;
 mod error;
 mod extent;
 mod geometry;
+#[cfg(test)]
+mod greedy_tests;
 mod humanoid;
 mod images;
 #[cfg(test)]

@@ -1,5 +1,7 @@
 //! Errors of array files, and the limits of reading them.
 
+use uvgraft::listing;
+
 use crate::obj::shown;
 use crate::pickle::PickleError;
 
@@ -25,9 +27,6 @@ pub const MAX_DENSE_NUMBERS: usize = MAX_REPEATED_NUMBERS;
 
 /// Maximum number of names in a file.
 pub const MAX_NAMES: usize = 1 << 14;
-
-/// Maximum number of names listed in an error.
-const MAX_LISTED: usize = 12;
 
 /// What a file of a foreign format is, for [`ArraysError::Foreign`].
 pub(crate) fn foreign_file(bytes: &[u8]) -> String {
@@ -121,15 +120,10 @@ impl ArraysError {
     }
 }
 
-/// Names for a message: printable, and not too many.
+/// Names for a message, printable.
 pub(crate) fn listed(names: &[String]) -> String {
     if names.is_empty() {
         return "none".to_owned();
     }
-    let text: Vec<String> =
-        names.iter().take(MAX_LISTED).map(|name| format!("`{}`", shown(name.as_bytes()))).collect();
-    match names.len().saturating_sub(MAX_LISTED) {
-        0 => text.join(", "),
-        more => format!("{} and {more} more", text.join(", ")),
-    }
+    listing::listed(names.iter().map(|name| format!("`{}`", shown(name.as_bytes()))))
 }

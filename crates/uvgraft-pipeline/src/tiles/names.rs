@@ -4,6 +4,7 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
 
 use uvgraft::Tile;
+use uvgraft::listing::listed;
 
 use crate::failure::{Blame, Failure, Result};
 
@@ -64,6 +65,10 @@ impl Pattern {
                 .filter(|digits| digits.len() == 4 && digits.bytes().all(|it| it.is_ascii_digit()));
             let Some(digits) = digits else { continue };
             let path = self.path.with_file_name(&found);
+            // A pipe would block.
+            if !path.is_file() {
+                return Err(Failure::input(format!("{}: must be a file", path.display())));
+            }
             let tile: Tile =
                 digits.parse().or_input().map_err(|failure| failure.context(path.display()))?;
             files.insert(tile, path);
@@ -114,15 +119,10 @@ pub(super) fn of_tiles(
             "{}: the target has several tiles ({}), so the name must have {PLACEHOLDER} where their \
              numbers go",
             output.display(),
-            list(tiles)
+            listed(tiles)
         )));
     };
     Ok(tiles.iter().map(|&tile| (tile, pattern.of(tile))).collect())
-}
-
-/// The numbers of tiles, separated by commas.
-pub(super) fn list<'a>(tiles: impl IntoIterator<Item = &'a Tile>) -> String {
-    tiles.into_iter().map(ToString::to_string).collect::<Vec<_>>().join(", ")
 }
 
 #[cfg(test)]

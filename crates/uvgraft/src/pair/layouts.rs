@@ -9,6 +9,7 @@ use std::fmt::Write as _;
 
 use super::{Direction, Pair, Side};
 use crate::bits;
+use crate::listing::listed;
 use crate::mesh::{Mesh, MeshPart, triangle_area};
 use crate::piece::Piece;
 use crate::raster::{ScanTriangle, corners_px};
@@ -69,16 +70,6 @@ impl OtherLayouts {
             let _ = write!(text, "; {file}#{name} selects one");
         }
         text
-    }
-}
-
-/// Names in a message, at most eight.
-fn listed(names: &[String]) -> String {
-    const SHOWN: usize = 8;
-    let shown = names.iter().take(SHOWN).map(String::as_str).collect::<Vec<_>>().join(", ");
-    match names.len().checked_sub(SHOWN) {
-        Some(more @ 1..) => format!("{shown} and {more} more"),
-        _ => shown,
     }
 }
 

@@ -104,10 +104,12 @@ impl<'a> Gatherer<'a> {
             let times = |count: u64| count.saturating_mul(instances);
             let attributes = &shown.primitive.attributes;
             primitives = primitives.saturating_add(instances);
+            let faces = times(self.document.triangles(shown.primitive).1);
+            triangles = triangles.saturating_add(faces);
             let uv = attributes.get(&format!("TEXCOORD_{}", self.set(shown)?));
             // Without UV coordinates it is only counted.
             let Some(&uv) = uv else { continue };
-            triangles = triangles.saturating_add(times(self.document.triangles(shown.primitive).1));
+            demand.add(Purpose::Geometry, faces, MESH_TRIANGLE);
             let count = self.document.vertices(shown.primitive);
             if known.insert((shown.node, self.alike(shown))) {
                 vertices = vertices.saturating_add(times(count));
@@ -120,7 +122,6 @@ impl<'a> Gatherer<'a> {
         too_many("vertices, of all nodes and instances", vertices, MAX_VERTICES)?;
         too_many("triangles, of all nodes and instances", triangles, MAX_TRIANGLES)?;
         demand.add(Purpose::Geometry, vertices, MESH_VERTEX);
-        demand.add(Purpose::Geometry, triangles, MESH_TRIANGLE);
         Ok(demand.check()?)
     }
 
@@ -139,7 +140,7 @@ impl<'a> Gatherer<'a> {
         let set = self.set(shown)?;
         let attributes = &shown.primitive.attributes;
         let Some(&accessor) = attributes.get(&format!("TEXCOORD_{set}")) else {
-            return self.leave_out(shown, set, accessors);
+            return self.leave_out(shown, set);
         };
         let place = shown.place();
         let (first, count) = self.vertices(shown, accessors)?;
@@ -237,22 +238,18 @@ impl<'a> Gatherer<'a> {
     }
 
     /// Counts a primitive without the UV set.
-    fn leave_out(
-        &mut self,
-        shown: &Shown<'_>,
-        set: u32,
-        accessors: &mut Accessors<'_>,
-    ) -> Result<(), SceneMeshError> {
+    fn leave_out(&mut self, shown: &Shown<'_>, set: u32) -> Result<(), SceneMeshError> {
         let attributes = &shown.primitive.attributes;
-        let vertices = attributes.get("POSITION").map_or(Ok(0), |&it| accessors.count(it))?;
-        let triangles = read_triangles(shown.primitive, vertices, &shown.place(), accessors)?;
-        if triangles.is_empty() {
+        // As stated: nothing of it is unpacked.
+        let triangles = self.document.triangles(shown.primitive).1;
+        if triangles == 0 {
             return Ok(());
         }
         let names = self.names(shown);
         let parts = self.without_uv.parts.len();
         let instances = self.hierarchy.nodes[shown.node].instances().len();
-        self.without_uv.add(names, instances * triangles.len());
+        let count = triangles.saturating_mul(instances as u64);
+        self.without_uv.add(names, usize::try_from(count).unwrap_or(usize::MAX));
         if self.without_uv.parts.len() > parts {
             self.spend_names(names)?;
         }

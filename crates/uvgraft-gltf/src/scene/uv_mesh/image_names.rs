@@ -4,11 +4,16 @@ use std::collections::HashMap;
 
 use super::super::accessor::Accessors;
 use super::super::appearance::base_color_texture;
+use super::super::budget::MAX_BYTES;
 use super::super::document::{Document, Image, Material, Primitive};
 use super::super::images::source;
 
 /// Names are cut off after this many characters.
 const MAX_NAME: usize = 60;
+
+/// Bytes of images that are compared: those of any file. Views may overlap, so that there may be more; their images
+/// then count as different.
+const MAX_COMPARED: usize = MAX_BYTES as usize;
 
 /// For each material the name of the image of its base colour.
 pub(super) struct ImageNames(Vec<String>);
@@ -31,11 +36,20 @@ impl ImageNames {
             .collect();
         let mut names: HashMap<Content<'_>, String> = HashMap::new();
         let mut taken: HashMap<String, u32> = HashMap::new();
+        let mut of_images: HashMap<u32, String> = HashMap::new();
+        let mut at_views: HashMap<u32, u32> = HashMap::new();
+        let mut left = MAX_COMPARED;
         let mut name_of = |number: u32| {
+            // Images of one view are one, without a look at their bytes.
+            let view = document.images.get(number as usize).and_then(|image| image.buffer_view);
+            let number = view.map_or(number, |view| *at_views.entry(view).or_insert(number));
+            if let Some(name) = of_images.get(&number) {
+                return name.clone();
+            }
             let image = document.images.get(number as usize);
-            let content = image.and_then(|image| content(image, accessors));
+            let content = image.and_then(|image| content(image, accessors, &mut left));
             let name = names.entry(content.unwrap_or(Content::Number(number)));
-            name.or_insert_with(|| {
+            let name = name.or_insert_with(|| {
                 let name = image.map_or_else(String::new, own_name);
                 let is_free = *taken.entry(name.clone()).or_insert(number) == number;
                 match (name.as_str(), is_free) {
@@ -43,8 +57,9 @@ impl ImageNames {
                     (_, true) => name,
                     (_, false) => format!("{name} (image {number})"),
                 }
-            })
-            .clone()
+            });
+            of_images.insert(number, name.clone());
+            name.clone()
         };
         Self(images.into_iter().map(|image| image.map_or_else(String::new, &mut name_of)).collect())
     }
@@ -67,14 +82,18 @@ fn base_color_image(document: &Document, material: &Material) -> Option<u32> {
     source(texture).unwrap_or(Some(without_image))
 }
 
-fn content<'a>(image: &'a Image, accessors: &Accessors<'a>) -> Option<Content<'a>> {
-    match (&image.uri, image.buffer_view) {
-        (Some(uri), _) => Some(Content::File(uri)),
-        (None, Some(view)) => {
-            accessors.view(view, "image").ok().map(|(bytes, _)| Content::Bytes(bytes))
-        }
-        (None, None) => None,
+/// - `left`: bytes that may still be compared.
+fn content<'a>(
+    image: &'a Image,
+    accessors: &Accessors<'a>,
+    left: &mut usize,
+) -> Option<Content<'a>> {
+    if let Some(uri) = &image.uri {
+        return Some(Content::File(uri));
     }
+    let (bytes, _) = accessors.view(image.buffer_view?, "image").ok()?;
+    *left = left.checked_sub(bytes.len())?;
+    Some(Content::Bytes(bytes))
 }
 
 /// The name of an image or of its file; empty where it has neither.

@@ -11,7 +11,7 @@ use uvgraft::{Channels, Depth, Encoding, Texels, Texture};
 
 use super::{File, drop_extensions, png};
 use crate::scene::accessor::Accessors;
-use crate::scene::asset::Asset;
+use crate::scene::asset::{Asset, Bytes};
 use crate::scene::check::find;
 use crate::scene::document::SpecularGlossiness;
 use crate::scene::error::SceneError;
@@ -31,6 +31,16 @@ pub(super) fn resolve(
 ) -> Result<(), SceneError> {
     let mut resolved = false;
     let mut known = HashMap::new();
+    for material in &asset.document.materials {
+        let gloss = material.extensions.specular_glossiness.as_ref();
+        let Some(gloss) = gloss.filter(|gloss| known.insert(roughness_key(gloss), None).is_none())
+        else {
+            continue;
+        };
+        if let Some((source, bytes)) = stored(gloss, asset, accessors)? {
+            file.count(&bytes, source)?;
+        }
+    }
     for (index, material) in asset.document.materials.iter().enumerate() {
         let Some(gloss) = &material.extensions.specular_glossiness else { continue };
         resolved = true;
@@ -53,8 +63,8 @@ pub(super) fn resolve(
             specular["specularColorTexture"] = texture.clone();
             let key = roughness_key(gloss);
             let made = match known.get(&key) {
-                Some(&made) => made,
-                None => roughness(gloss, json, asset, accessors, file)?,
+                Some(&Some(made)) => Some(made),
+                _ => roughness(gloss, json, asset, accessors, file)?,
             };
             known.insert(key, made);
             if let Some(rough) = made {
@@ -88,6 +98,21 @@ fn roughness_key(gloss: &SpecularGlossiness) -> (Option<u32>, u32) {
     (texture, gloss.glossiness_factor.unwrap_or(1.0).to_bits())
 }
 
+/// The image of specular colours and glossiness, by its index, and its bytes.
+fn stored<'a>(
+    gloss: &SpecularGlossiness,
+    asset: &Asset<'a>,
+    accessors: &Accessors<'a>,
+) -> Result<Option<(u32, Bytes<'a>)>, SceneError> {
+    let document = &asset.document;
+    let Some(info) = &gloss.specular_glossiness_texture else { return Ok(None) };
+    let texture = find(&document.textures, info.index, "texture", "a material")?;
+    let Some(source) = images::source(texture)? else { return Ok(None) };
+    let image = find(&document.images, source, "image", "a texture")?;
+    let bytes = images::bytes(image, asset, accessors, &format!("image {source}"))?;
+    Ok(Some((source, bytes)))
+}
+
 /// Adds a texture whose green channel is 1 minus the glossiness; returns its index in the new file.
 fn roughness(
     gloss: &SpecularGlossiness,
@@ -96,14 +121,10 @@ fn roughness(
     accessors: &Accessors<'_>,
     file: &mut File,
 ) -> Result<Option<usize>, SceneError> {
-    let document = &asset.document;
     let Some(info) = &gloss.specular_glossiness_texture else { return Ok(None) };
-    let texture = find(&document.textures, info.index, "texture", "a material")?;
-    let Some(source) = images::source(texture)? else { return Ok(None) };
+    let Some((source, bytes)) = stored(gloss, asset, accessors)? else { return Ok(None) };
     let place = format!("image {source}");
-    let image = find(&document.images, source, "image", "a texture")?;
-    let bytes = images::bytes(image, asset, accessors, &place)?;
-    let picture = file.decode(&bytes, source)?;
+    let picture = images::decode(&bytes, source)?;
     let size = picture.size();
     let factor = gloss.glossiness_factor.unwrap_or(1.0);
     let mut texels = Vec::with_capacity(3 * size.texels());

@@ -4,6 +4,7 @@
 //! offline renderer are available here anyway.
 
 mod gloss;
+mod metadata;
 
 use std::borrow::Cow;
 use std::collections::{BTreeSet, HashMap};
@@ -35,7 +36,8 @@ const RESOLVED: [&str; 5] = [
 
 /// Reads a GLB, VRM or glTF file with the external files that it refers to, which bytes cannot have, and converts it to a
 /// GLB that is self-contained, uncompressed and free of specular-glossiness materials. A file that
-/// already is all this is returned unchanged.
+/// already is all this is returned unchanged, but for metadata of its images, such as where a photograph
+/// was taken.
 ///
 /// # Errors
 /// As [`super::Scene::load`]; parts that need no conversion are not validated.
@@ -63,7 +65,7 @@ pub(super) fn whole_of<'a>(
 ) -> Result<Cow<'a, [u8]>, SceneError> {
     let mut asset = Asset::new(bytes, folder, budget)?;
     if is_glb(bytes) && is_whole(&asset.document) {
-        return Ok(Cow::Borrowed(bytes));
+        return metadata::removed(Cow::Borrowed(bytes));
     }
     let mut buffers = asset.buffers()?;
     let mut demand = asset.demand();
@@ -89,15 +91,14 @@ pub(super) fn whole_of<'a>(
         found: file.binary.len() as u64,
         max: u32::MAX.into(),
     };
-    packed.map(Cow::Owned).map_err(too_large)
+    metadata::removed(Cow::Owned(packed.map_err(too_large)?))
 }
 
 /// Whether no conversion is needed.
 fn is_whole(document: &Document) -> bool {
-    let outside = |uri: &Option<String>| uri.as_ref().is_some_and(|uri| !uri.starts_with("data:"));
     let names = document.extensions_used.iter().chain(&document.extensions_required);
-    !document.buffers.iter().any(|buffer| outside(&buffer.uri))
-        && !document.images.iter().any(|image| outside(&image.uri))
+    !document.buffers.iter().any(|buffer| buffer.uri.is_some())
+        && !document.images.iter().any(|image| image.uri.is_some())
         && !names.into_iter().any(|name| RESOLVED.contains(&name.as_str()))
 }
 
@@ -143,16 +144,15 @@ impl File {
         too_many("bytes in the uncompressed file", self.binary.len() as u64 + bytes, MAX_BYTES)
     }
 
-    /// Decodes an image that is to be stored in another way.
-    fn decode(&mut self, bytes: &[u8], number: u32) -> Result<Texture, SceneError> {
-        let images::Extent { size, bytes_each } = images::extent(bytes, number)?;
+    /// Counts an image that is to be decoded, in order to be stored in another way.
+    fn count(&mut self, bytes: &[u8], number: u32) -> Result<(), SceneError> {
+        let images::Extent { size, bytes_each, .. } = images::extent(bytes, number)?;
         let texels = size.texels() as u64;
         self.texels += texels;
         too_many("texels of images", self.texels, MAX_TEXELS)?;
         // Those that are made of it, and their encoder's.
         self.demand.pass(Purpose::Images, texels * (2 * bytes_each + 2 * 4 + 4));
-        self.demand.check()?;
-        images::decode(bytes, number)
+        self.demand.check()
     }
 
     fn add_image(&mut self, bytes: &[u8]) -> Result<Value, SceneError> {
@@ -229,11 +229,20 @@ impl File {
             }
             drop_extensions(texture);
         }
+        let stored = |index: u32| {
+            let image = find(&asset.document.images, index, "image", "a texture")?;
+            let bytes = images::bytes(image, asset, accessors, &format!("image {index}"))?;
+            Ok::<_, SceneError>((image, bytes))
+        };
+        for &index in &used {
+            let (_, bytes) = stored(index)?;
+            if images::is_ktx2(&bytes) {
+                self.count(&bytes, index)?;
+            }
+        }
         let mut embedded: HashMap<&String, Value> = HashMap::new();
         for index in used {
-            let place = format!("image {index}");
-            let image = find(&asset.document.images, index, "image", "a texture")?;
-            let bytes = images::bytes(image, asset, accessors, &place)?;
+            let (image, bytes) = stored(index)?;
             let mut put = |image: Value| {
                 let name = json["images"][index as usize]["name"].take();
                 json["images"][index as usize] = image;
@@ -242,7 +251,7 @@ impl File {
                 }
             };
             if images::is_ktx2(&bytes) {
-                let png = png(self.decode(&bytes, index)?, &place)?;
+                let png = png(images::decode(&bytes, index)?, &format!("image {index}"))?;
                 put(self.add_image(&png)?);
             } else if let Some(uri) = &image.uri {
                 let known = embedded.get(uri).cloned();
