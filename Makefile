@@ -131,7 +131,7 @@ test-torch: $(if $(ONE_BUILD),wheel)
 		echo "$(TORCH_PYTHON) has no PyTorch: tests of uvgraft.torch are skipped"; \
 	fi
 
-# Fuzzes each target for a minute with the nightly toolchain: make fuzz TARGETS="obj glb" SECONDS_EACH=600
+# Fuzzes all targets for an hour with the nightly toolchain: make fuzz TARGETS="obj glb" SECONDS_EACH=600
 # `make test` runs the same targets on seeded inputs.
 fuzz:
 	@scripts/fuzz.sh

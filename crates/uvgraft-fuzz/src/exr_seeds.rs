@@ -1,6 +1,6 @@
 //! EXRs of a kind that uvgraft reads and does not write: luminance, and chroma at half the resolution.
 
-fn attribute(name: &str, kind: &str, value: &[u8]) -> Vec<u8> {
+pub(crate) fn attribute(name: &str, kind: &str, value: &[u8]) -> Vec<u8> {
     let length = (value.len() as i32).to_le_bytes();
     [name.as_bytes(), b"\0", kind.as_bytes(), b"\0", &length, value].concat()
 }

@@ -92,7 +92,7 @@ pub(crate) fn ply() -> Vec<Vec<u8>> {
 
 /// The strip three times, with its weights compressed to version 1 of meshoptimizer's bitstream, in
 /// which bytes 2 and 3 do not change.
-fn instances() -> Strip {
+pub(crate) fn instances() -> Strip {
     let mut strip = Strip::new();
     let places = [0.0_f32, 0.0, 0.0, 2.0, 0.0, 0.0, 0.0, 0.0, -1.0].map(f32::to_le_bytes);
     let places = strip.add(&places.concat(), 5126, 3, "VEC3");

@@ -1,7 +1,8 @@
 //! A small network as a TensorFlow Lite model.
 
 /// A value of a flatbuffer's table, of four bytes or by an offset.
-enum Field {
+#[derive(Debug, Clone)]
+pub(crate) enum Field {
     None,
     Byte(u8),
     Bytes(Vec<u8>),
@@ -55,8 +56,8 @@ fn point(bytes: &mut [u8], place: usize, to: usize) {
     bytes[place..place + 4].copy_from_slice(&((to - place) as u32).to_le_bytes());
 }
 
-/// A network with two tensors and one operator that adds them up.
-pub(crate) fn model() -> Vec<u8> {
+/// The root table of a network with two tensors and one operator that adds them up.
+pub(crate) fn fields() -> Vec<Field> {
     let tensor = |shape: Vec<i32>, buffer: u8| {
         vec![Field::Ints(shape), Field::Byte(0), Field::Byte(buffer), Field::Bytes(b"t".to_vec())]
     };
@@ -68,14 +69,23 @@ pub(crate) fn model() -> Vec<u8> {
         Field::Tables(vec![operator]),
     ];
     let weights: Vec<u8> = [1.0f32, 2.0].iter().flat_map(|value| value.to_le_bytes()).collect();
-    let root = [
+    vec![
         Field::Byte(3),
         Field::Tables(vec![vec![Field::Byte(0)]]),
         Field::Tables(vec![graph]),
         Field::None,
         Field::Tables(vec![vec![Field::None], vec![Field::Bytes(weights)]]),
-    ];
+    ]
+}
+
+/// The file with a root table.
+pub(crate) fn written(root: &[Field]) -> Vec<u8> {
     let mut bytes = b"\0\0\0\0TFL3".to_vec();
-    table(&mut bytes, 0, &root);
+    table(&mut bytes, 0, root);
     bytes
+}
+
+/// The network as a file.
+pub(crate) fn model() -> Vec<u8> {
+    written(&fields())
 }

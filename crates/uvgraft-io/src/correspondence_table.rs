@@ -181,7 +181,7 @@ fn from_pickle(bytes: &[u8]) -> Result<CorrespondenceFile, CorrespondenceError> 
             None => Err(form(key, "be a matrix, sparse or of two axes", value.kind())),
         };
     }
-    let arrays = Collector::new(None).collect(root)?;
+    let arrays = Collector::new(None, bytes.len()).collect(root)?;
     match arrays.get("") {
         Some(array) if root.entries().is_none() => from_array(array),
         _ => from_arrays(&arrays),

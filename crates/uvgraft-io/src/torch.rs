@@ -87,8 +87,8 @@ pub(crate) fn from_archive(archive: &mut ArchiveInMemory<'_>) -> Result<NamedArr
             }
         },
     };
-    let bytes = archive.read(index)?;
+    let (bytes, unpacked) = (archive.read(index)?, archive.unpacked());
     let pickle = pickle::parse_with_outside(&bytes)?;
     let mut storages = Storages::new(archive, &folder, big_endian);
-    Collector::new(Some(&mut storages)).collect(pickle.root())
+    Collector::new(Some(&mut storages), unpacked).collect(pickle.root())
 }

@@ -259,7 +259,7 @@ fn sparse_matrices_that_are_not_what_they_say() {
     let max = b"\x8a\x08\xff\xff\xff\xff\xff\xff\xff\x7f";
     for shape in [[&max[..], max, b"\x86"].concat(), b"M\xff\xffM\xff\xff\x86".to_vec()] {
         let found = arrays::parse(&columns(&shape, &[0], &[], &[])).unwrap();
-        assert!(found.left_out("a").unwrap().contains("at most 16777216 values are supported"));
+        assert!(found.left_out("a").unwrap().contains("at most 2097152 values are supported"));
     }
     let flat = [&b"K\0"[..], max, b"\x86"].concat();
     assert!(error(&columns(&flat, &[0], &[], &[])).contains("`indptr`"));
@@ -327,6 +327,21 @@ fn what_holds_itself_or_doubles_ends() {
     }
     many.extend(b"u.");
     assert!(error(&many).ends_with(" numbers"), "{}", error(&many));
+    // One of a kilobyte under ten thousand is ten megabytes, of a file of 60 kB.
+    let repeated = |names: u16| {
+        let mut many = b"\x80\x02cnumpy.core.numeric\n_frombuffer\n(B\0\x04\0\0".to_vec();
+        many.extend(vec![0; 1 << 10]);
+        many.extend(b"cnumpy\ndtype\nU\x02u1\x85RM\0\x04\x85U\x01CtRq\x000}(");
+        for name in 0..names {
+            many.push(b'M');
+            many.extend(name.to_le_bytes());
+            many.extend(b"h\0");
+        }
+        many.extend(b"u.");
+        many
+    };
+    assert!(arrays::parse(&repeated(1_000)).is_ok());
+    assert!(error(&repeated(10_000)).ends_with(" numbers"), "{}", error(&repeated(10_000)));
 }
 
 /// A torch file of one tensor in a storage of six 32-bit floats.
@@ -365,6 +380,7 @@ fn tensors_stay_in_their_storage() {
         (max, b")", b")", beyond),
         (b"K\0", b"K\x02\x85", &long, beyond),
         (b"K\0", &long, b"K\0\x85", " numbers"),
+        (b"K\0", b"J\0\0\x40\0\x85", b"K\0\x85", " numbers"),
         (b"K\0", &both, b"K\0K\0\x86", "has too many values"),
         (b"K\0", b"K\x02\x85", b")", "stride for each dimension"),
         (b"J\xff\xff\xff\xff", b")", b")", "without an offset"),

@@ -8,6 +8,8 @@
 
 #![expect(clippy::unwrap_used, reason = "a test that cannot set up its files has failed")]
 
+use base64::Engine as _;
+use base64::engine::general_purpose::STANDARD;
 use serde_json::{Value, json};
 
 /// A texture of 2 × 2 texels as PNG, whose zlib stream is one stored block.
@@ -226,4 +228,28 @@ fn push(list: &mut Value, value: Value) -> usize {
     let list = list.as_array_mut().unwrap();
     list.push(value);
     list.len() - 1
+}
+
+/// The strip's positions, UV coordinates, joints, weights and indices, compressed by Google's
+/// encoder (1.5.7, with gltf-transform's defaults).
+const DRACO: &str = "RFJBQ08CAgEBAAAABgQDBAAAAu8G/wER/wEz/wEz/wEzBP8AAAAAAAEAAAIAAAEACQMAAAIBAwkCAAECAQQCBAACAQEECQQA\
+    AwIBAQEADwMBIC8BIAMA+I8AwP8PAPz//j8A8P8DAAAABAAAAAD/PwAAAAAAvwAAAAAAAAAAAAAAQA4BAQEADQMBIK0KI1UV\
+    AyuobgDw/wHw/wIAAAAAAP8PAAAAAAAAAAAAAAAAgD8MAQEBAQECVT2tAgMvno4AAAAAAQAAAAEBAQANA60qJ1UVA+c6iv//\
+    /wAAAP/v/wAAAAACAAAAAP8PAAAAAAAAAAAAAAAAAAAAAAAAAACAPww=";
+
+/// The strip with its primitive compressed by Draco, without the morph target.
+pub fn draco() -> Strip {
+    let mut strip = Strip::new();
+    let view = strip.view(&STANDARD.decode(DRACO).unwrap());
+    for accessor in [POSITIONS, UV, JOINTS, WEIGHTS, INDICES] {
+        strip.json["accessors"][accessor].as_object_mut().unwrap().remove("bufferView");
+    }
+    let ids = json!({ "POSITION": 0, "TEXCOORD_0": 1, "JOINTS_0": 2, "WEIGHTS_0": 3 });
+    strip
+        .with("/meshes/0/primitives/0/targets", json!([]))
+        .with("/extensionsRequired", json!(["KHR_draco_mesh_compression"]))
+        .with(
+            "/meshes/0/primitives/0/extensions",
+            json!({ "KHR_draco_mesh_compression": { "bufferView": view, "attributes": ids } }),
+        )
 }

@@ -17,6 +17,7 @@ const MAX_GROWTH: u64 = 1032;
 pub(crate) struct Archive<R> {
     archive: ZipArchive<R>,
     names: Vec<String>,
+    unpacked: usize,
 }
 
 /// An archive held in memory.
@@ -50,11 +51,12 @@ impl<R: Read + Seek> Archive<R> {
         }
         let mut names = Vec::with_capacity(archive.len());
         let mut distinct = HashSet::with_capacity(archive.len());
-        let mut total = 0_u64;
+        let (mut total, mut unpacked) = (0_u64, 0_u64);
         for index in 0..archive.len() {
             let entry = archive.by_index_raw(index).map_err(|error| damaged(&error))?;
             let name = String::from_utf8_lossy(entry.name_raw()).into_owned();
             total = total.saturating_add(entry.size());
+            unpacked += entry.size().min(entry.compressed_size().saturating_mul(MAX_GROWTH));
             if total > most {
                 return Err(ArraysError::TooMany { what: "uncompressed bytes", most });
             }
@@ -63,7 +65,13 @@ impl<R: Read + Seek> Archive<R> {
             }
             names.push(name);
         }
-        Ok(Self { archive, names })
+        // At most `total`, which was never more than `most` after an entry.
+        Ok(Self { archive, names, unpacked: usize::try_from(unpacked).unwrap_or(usize::MAX) })
+    }
+
+    /// The bytes that all entries unpack to at most, as far as the sizes that they state can be true.
+    pub(crate) const fn unpacked(&self) -> usize {
+        self.unpacked
     }
 
     /// The names of the entries, in order.

@@ -1,6 +1,6 @@
 //! Extracts arrays by name from a pickle.
 
-use super::error::{ArraysError, MAX_NAMES, MAX_NUMBERS, Unread};
+use super::error::{ArraysError, MAX_NAMES, MAX_NUMBERS, MAX_REPEATED_NUMBERS, Unread};
 use super::named::{Held, NamedArrays};
 use super::numeric::{Numbers, NumericArray, count};
 use super::sparse;
@@ -38,13 +38,15 @@ pub(crate) struct Collector<'o> {
 /// The remaining budget.
 struct Budget {
     numbers: usize,
+    /// How many there were at first.
+    most: usize,
     items: usize,
 }
 
 impl Budget {
     fn spend(&mut self, count: usize) -> Result<(), Unread> {
         let left = self.numbers.checked_sub(count);
-        let most = MAX_NUMBERS as u64;
+        let most = self.most as u64;
         self.numbers =
             left.ok_or(Unread::Refused(ArraysError::TooMany { what: "numbers", most }))?;
         Ok(())
@@ -60,8 +62,10 @@ impl Budget {
 }
 
 impl<'o> Collector<'o> {
-    pub(crate) fn new(outside: Option<&'o mut dyn Outside>) -> Self {
-        let budget = Budget { numbers: MAX_NUMBERS, items: MAX_ITEMS };
+    /// - `stored`: bytes of the file, unpacked.
+    pub(crate) fn new(outside: Option<&'o mut dyn Outside>, stored: usize) -> Self {
+        let most = stored.saturating_add(MAX_REPEATED_NUMBERS).min(MAX_NUMBERS);
+        let budget = Budget { numbers: most, most, items: MAX_ITEMS };
         Self { found: NamedArrays::new(), outside, budget, names: 0 }
     }
 

@@ -12,13 +12,18 @@ pub const MAX_FILE_BYTES: u64 = 1 << 30;
 /// Maximum total size of an archive's unpacked entries, in bytes.
 pub const MAX_UNPACKED_BYTES: u64 = 1 << 30;
 
-/// Maximum total number of values in a file. A pickle may contain one array under many names, and a
-/// torch file may repeat values with a stride of 0, so the size of the file does not limit it.
+/// Maximum total number of values in a file.
 pub const MAX_NUMBERS: usize = 1 << 27;
+
+/// Maximum number of values beyond one for each byte of the file, unpacked: a pickle may contain one array
+/// under many names, a torch file may repeat values with a stride of 0, and sparse matrices become dense.
+/// All joint regressors of a body model have about 600 thousand. As many as these take 16 MiB, and twice that
+/// while they are read.
+pub const MAX_REPEATED_NUMBERS: usize = 1 << 21;
 
 /// Maximum number of values of a sparse matrix made dense: its shape is only a claim. Joint
 /// regressors have about 600 thousand.
-pub const MAX_DENSE_NUMBERS: usize = 1 << 24;
+pub const MAX_DENSE_NUMBERS: usize = MAX_REPEATED_NUMBERS;
 
 /// Maximum number of names in a file.
 pub const MAX_NAMES: usize = 1 << 14;

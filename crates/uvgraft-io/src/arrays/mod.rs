@@ -20,7 +20,8 @@ mod write;
 
 pub(crate) use self::error::listed;
 pub use self::error::{
-    ArraysError, MAX_DENSE_NUMBERS, MAX_FILE_BYTES, MAX_NAMES, MAX_NUMBERS, MAX_UNPACKED_BYTES,
+    ArraysError, MAX_DENSE_NUMBERS, MAX_FILE_BYTES, MAX_NAMES, MAX_NUMBERS, MAX_REPEATED_NUMBERS,
+    MAX_UNPACKED_BYTES,
 };
 pub use self::named::NamedArrays;
 pub use self::numeric::NumericArray;

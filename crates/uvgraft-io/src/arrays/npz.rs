@@ -26,7 +26,7 @@ pub(super) fn each<R: Read + Seek>(
     archive: &mut Archive<R>,
     mut read: impl FnMut(&mut Archive<R>, usize, &str, &mut Collector<'_>) -> Result<(), ArraysError>,
 ) -> Result<NamedArrays, ArraysError> {
-    let mut collector = Collector::new(None);
+    let mut collector = Collector::new(None, archive.unpacked());
     for index in 0..archive.names().len() {
         let file = archive.names()[index].clone();
         let Some(name) = file.strip_suffix(".npy") else {

@@ -35,7 +35,7 @@ pub fn parse(bytes: &[u8]) -> Result<NamedArrays, ArraysError> {
 /// [`MAX_NUMBERS`]: super::MAX_NUMBERS
 pub fn parse_npy(bytes: &[u8]) -> Result<NumericArray, ArraysError> {
     const NAME: &str = "array";
-    let mut collector = Collector::new(None);
+    let mut collector = Collector::new(None, bytes.len());
     npz::add(NAME, bytes, &mut collector)?;
     let mut arrays = collector.finish();
     arrays.require(NAME)?;
@@ -60,7 +60,7 @@ fn parse_within(bytes: &[u8], most_unpacked: u64) -> Result<NamedArrays, ArraysE
         // name.
         [0x80 | b'(' | b'}' | b']' | b'c', ..] => {
             let pickle = pickle::parse(bytes)?;
-            Collector::new(None).collect(pickle.root())
+            Collector::new(None, bytes.len()).collect(pickle.root())
         }
         _ => foreign(&foreign_file(bytes)),
     }

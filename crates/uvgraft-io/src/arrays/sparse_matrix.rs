@@ -8,8 +8,9 @@ use super::sparse::{Coordinates, Format, coordinates};
 use crate::obj::shown;
 use crate::pickle::{Array, Class, Value};
 
-/// Maximum number of rows or columns of a sparse matrix: its shape is only a claim.
-pub const MAX_SPARSE_SIDE: usize = 1 << 24;
+/// Maximum number of rows or columns of a sparse matrix: its shape is only a claim, and rows without
+/// elements take 12 bytes. Heads and bodies have up to a million vertices.
+pub const MAX_SPARSE_SIDE: usize = 1 << 22;
 
 /// Maximum number of elements other than zero. Deformation-transfer matrices have three in a row.
 pub const MAX_SPARSE_ELEMENTS: usize = 1 << 26;
@@ -69,7 +70,8 @@ impl SparseMatrix {
         if !matches!(object.class(), Class::SparseCsc | Class::SparseCsr | Class::SparseCoo) {
             return None;
         }
-        let found = Collector::new(None).coordinates(object).and_then(Self::compressed);
+        // Each of its arrays is read once, so that none is repeated.
+        let found = Collector::new(None, usize::MAX).coordinates(object).and_then(Self::compressed);
         Some(found.map_err(|unread| refused(name, unread)))
     }
 

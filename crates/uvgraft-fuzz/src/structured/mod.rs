@@ -1,0 +1,52 @@
+//! Files built by structure: valid ones in which a few numbers are stretched.
+//!
+//! Mutated bytes rarely get past the first check of a reader, or ask for much. So generators build
+//! whole files, whose lengths and checksums are right, and choose what is stretched: a count, a side,
+//! an offset, how often an element is repeated, how long a string is. All choices come from bytes, by
+//! the crate `arbitrary`, so that a seeded generator and a fuzzer make them alike.
+//!
+//! The readers of these files may take no more memory than the file's size, or the sizes of images and
+//! arrays that it declares, allow for (`reading.rs`).
+
+pub(crate) mod draco;
+pub(crate) mod exr;
+mod gltf;
+pub(crate) mod jpeg;
+mod json;
+pub(crate) mod ktx2;
+pub(crate) mod npy;
+pub(crate) mod npz;
+mod number;
+pub(crate) mod pickle;
+pub(crate) mod png;
+mod reading;
+pub(crate) mod scene;
+pub(crate) mod tflite;
+pub(crate) mod tiff;
+pub(crate) mod torch;
+pub(crate) mod vrm0;
+pub(crate) mod vrm1;
+pub(crate) mod vrma;
+pub(crate) mod webp;
+
+use arbitrary::{Arbitrary, Unstructured};
+
+/// Files grow to about this many bytes.
+const MAX_BYTES: usize = 1 << 20;
+
+/// Makes choices of bytes; those for which there are no bytes left are the first ones.
+fn choose<'a, T: Arbitrary<'a>>(bytes: &'a [u8]) -> Option<T> {
+    Unstructured::new(bytes).arbitrary().ok()
+}
+
+/// Bytes that make choices, for a start.
+pub(crate) fn choices() -> Vec<Vec<u8>> {
+    let mut random = fastrand::Rng::with_seed(11);
+    (0..64).map(|_| random_choices(&mut random)).collect()
+}
+
+/// Bytes that make choices.
+pub fn random_choices(random: &mut fastrand::Rng) -> Vec<u8> {
+    let count = random.usize(24..160);
+    (0..count).map(|_| random.u8(..)).collect()
+}
