@@ -86,7 +86,7 @@ fn nodes_of_a_mesh() -> Strip {
 fn instances() -> Strip {
     let mut strip = Strip::new();
     let primitive = empty_primitive(&mut strip, 3, 12);
-    let moves = zeros(&mut strip, 5126, 1 << 20, "VEC3");
+    let moves = zeros(&mut strip, 5126, 1 << 19, "VEC3");
     let strip = strip.with("/meshes/0/primitives", json!([primitive]));
     let instancing =
         json!({ "EXT_mesh_gpu_instancing": { "attributes": { "TRANSLATION": moves } } });
@@ -145,28 +145,6 @@ fn joint_sets() -> Strip {
     strip.with("/meshes/0/primitives", json!([primitive]))
 }
 
-fn texture_coordinates() -> Strip {
-    let mut strip = Strip::new();
-    let primitive = empty_primitive(&mut strip, 1 << 20, 3);
-    let (mut materials, mut primitives) = (vec![], vec![]);
-    for index in 0..15 {
-        let texture = |k: usize| {
-            let offset = json!({ "KHR_texture_transform": { "offset": [k, index] } });
-            json!({ "index": 0, "extensions": offset })
-        };
-        materials.push(json!({
-            "pbrMetallicRoughness": { "baseColorTexture": texture(0) },
-            "normalTexture": texture(1),
-            "emissiveTexture": texture(2),
-            "occlusionTexture": texture(3)
-        }));
-        let mut primitive = primitive.clone();
-        primitive["material"] = index.into();
-        primitives.push(primitive);
-    }
-    strip.with("/materials", json!(materials)).with("/meshes/0/primitives", json!(primitives))
-}
-
 fn mesh_name() -> Strip {
     let name = "long".repeat(50_000);
     nodes(Strip::new(), &json!({ "mesh": 0 }), 1_000).with("/meshes/0/name", json!(name))
@@ -218,7 +196,6 @@ pub fn files() -> Vec<Greedy> {
         file("bind matrices", bind_matrices(), memory, memory, memory),
         file("channels", channels(), memory, None, memory),
         file("sets of joints", joint_sets(), memory, memory, None),
-        file("texture coordinates", texture_coordinates(), memory, None, None),
         file("names of a mesh", mesh_name(), None, None, Some("bytes of names")),
         file("names of a material", material_name(), None, None, Some("bytes of names")),
         file("morph targets", morph_targets(), memory, None, None),

@@ -40,7 +40,7 @@ pub(super) const MAX_BINDS: u64 = 1 << 20;
 /// Limit of texels in all images together, each as often as it is decoded.
 pub(super) const MAX_TEXELS: u64 = 1 << 28;
 /// Limit of the names of all parts, in bytes: those of meshes and materials are repeated.
-pub(super) const MAX_NAME_BYTES: u64 = 1 << 26;
+pub(super) const MAX_NAME_BYTES: u64 = 1 << 25;
 
 /// What a file may take of memory, however small it is: by our estimates, a person of 100,000 triangles with
 /// four textures of 4096² takes 700 MiB when drawn, however well all of it is compressed.
@@ -141,7 +141,8 @@ impl Demand {
         }
         let is_by_size = self.budget.bytes.is_none();
         let parts = Purpose::ALL.map(|purpose| (purpose.name(), bytes[purpose as usize]));
-        Err(SceneError::Memory { shares: Shares { needed, max, is_by_size, parts } })
+        let shares = Shares { needed, max, is_by_size, parts };
+        Err(SceneError::Memory { shares: Box::new(shares) })
     }
 }
 

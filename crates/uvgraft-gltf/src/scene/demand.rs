@@ -15,6 +15,7 @@ use super::check::too_many;
 use super::document::{Accessor, Compressed, Document, Node, Primitive};
 use super::error::SceneError;
 use super::geometry::{influence_sets, is_surface};
+use super::vrm0::Vrm0;
 
 /// Bytes of a vector while it is read, and of what is left of it.
 const VECTOR: u64 = 12;
@@ -222,7 +223,7 @@ impl Demand {
         for mesh in document.nodes.iter().filter_map(|node| node.mesh) {
             shows.get_mut(mesh as usize).into_iter().for_each(|count| *count += 1);
         }
-        let binds = document.extensions.vrm0.iter().flat_map(|vrm0| vrm0.bound_meshes());
+        let binds = document.extensions.vrm0.iter().flat_map(Vrm0::bound_meshes);
         let binds = binds.map(|mesh| shows.get(mesh as usize).copied().unwrap_or(0)).sum();
         too_many("morph targets of expressions, for all nodes of a mesh", binds, MAX_BINDS)?;
         self.add(Purpose::Motion, binds, BIND);

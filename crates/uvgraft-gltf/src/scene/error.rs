@@ -53,7 +53,7 @@ pub enum SceneError {
     #[error("{shares}")]
     Memory {
         /// What it asks for.
-        shares: Shares,
+        shares: Box<Shares>,
     },
     /// An embedded image was refused.
     #[error("image {index}: {reason}")]

@@ -32,7 +32,7 @@ pub struct ImageContents {
 }
 
 /// A use of an image.
-#[derive(Debug, Clone, PartialEq, Eq, Hash, Serialize)]
+#[derive(Debug, Clone, PartialEq, Eq, Serialize)]
 pub struct ImageUse {
     /// What for, as glTF and VRM call it: "baseColorTexture", "thumbnailImage", ...
     #[serde(rename = "as")]
@@ -94,16 +94,21 @@ impl ImageContents {
 
 /// The uses of each image. Extensions refer to textures as glTF itself does: by an object with an
 /// `index`, under a key that ends with "Texture".
-fn uses(document: &Document, json: &Value) -> Result<BTreeMap<u32, Vec<ImageUse>>, SceneError> {
+fn uses<'j>(
+    document: &Document,
+    json: &'j Value,
+) -> Result<BTreeMap<u32, Vec<ImageUse>>, SceneError> {
     let mut uses: BTreeMap<u32, Vec<ImageUse>> = BTreeMap::new();
     let (mut known, mut bytes) = (HashSet::new(), 0);
-    let mut add = |image: u32, role: &str, material: Option<&str>| {
+    let mut add = |image: u32, role: &str, material: Option<&'j str>| {
+        if !known.insert((image, role.to_owned(), material)) {
+            return Ok(());
+        }
         bytes += (role.len() + material.map_or(0, str::len)) as u64;
         too_many("bytes of names of images' uses", bytes, MAX_NAME_BYTES)?;
-        let found = ImageUse { role: role.to_owned(), material: material.map(str::to_owned) };
-        if known.insert((image, found.clone())) {
-            uses.entry(image).or_default().push(found);
-        }
+        uses.entry(image)
+            .or_default()
+            .push(ImageUse { role: role.to_owned(), material: material.map(str::to_owned) });
         Ok::<_, SceneError>(())
     };
     let source = |texture: &Value| {
