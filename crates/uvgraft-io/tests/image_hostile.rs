@@ -203,3 +203,39 @@ fn lies_about_the_size_are_found_out_at_once() {
     );
     assert_eq!(error, wanted);
 }
+
+/// Channels beside those of the texture are decoded, too, and take 21 bytes of a header each.
+#[test]
+fn unused_channels_of_exr_count() {
+    let attribute = |name: &str, kind: &str, value: &[u8]| {
+        let length = (value.len() as u32).to_le_bytes();
+        [name.as_bytes(), b"\0", kind.as_bytes(), b"\0", &length, value].concat()
+    };
+    let channel = |name: String| {
+        [name.as_bytes(), b"\0", [2, 0, 1, 1].map(i32::to_le_bytes).as_flattened()].concat()
+    };
+    let names = ["Y".to_owned()].into_iter().chain((0..300).map(|at| format!("Z{at:03}")));
+    let channels: Vec<u8> = names.flat_map(channel).chain([0]).collect();
+    let window = [0, 0, 1023, 1023].map(i32::to_le_bytes);
+    let one = 1_f32.to_le_bytes();
+    let file = [
+        b"\x76\x2f\x31\x01\x02\0\0\0".to_vec(),
+        attribute("channels", "chlist", &channels),
+        attribute("compression", "compression", &[0]),
+        attribute("dataWindow", "box2i", window.as_flattened()),
+        attribute("displayWindow", "box2i", window.as_flattened()),
+        attribute("lineOrder", "lineOrder", &[0]),
+        attribute("pixelAspectRatio", "float", &one),
+        attribute("screenWindowCenter", "v2f", &[0; 8]),
+        attribute("screenWindowWidth", "float", &one),
+        vec![0],
+    ]
+    .concat();
+    let stored = 301 << 22;
+    assert!(decode_header(&file).unwrap().decoding_bytes > stored);
+    let refused = decode(&file).unwrap_err();
+    assert!(
+        matches!(refused, ImageError::Unbacked { least, .. } if least == stored / 200),
+        "{refused}"
+    );
+}

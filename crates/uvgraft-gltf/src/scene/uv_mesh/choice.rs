@@ -2,7 +2,8 @@
 
 use std::collections::HashSet;
 
-use super::super::check::find;
+use super::super::budget::MAX_PRIMITIVES;
+use super::super::check::{find, too_many};
 use super::super::document::{Document, Primitive};
 use super::super::error::SceneError;
 use super::super::geometry::is_surface;
@@ -56,6 +57,8 @@ fn shown<'a>(document: &'a Document, hierarchy: &Hierarchy) -> Result<Vec<Shown<
         let instances = hierarchy.nodes[node].instances().len();
         let Some(mesh) = hierarchy.nodes[node].mesh.filter(|_| instances > 0) else { continue };
         let primitives = &document.meshes[mesh].primitives;
+        let count = (all.len() + primitives.len()) as u64;
+        too_many("primitives, of all nodes", count, MAX_PRIMITIVES)?;
         for (number, primitive) in primitives.iter().enumerate() {
             if is_surface(primitive) {
                 let shown = Shown { node, mesh, number, primitive };

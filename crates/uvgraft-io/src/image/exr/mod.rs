@@ -21,7 +21,7 @@ use uvgraft::texture::{Channels, Depth, Size, Texels};
 use self::colors::Colors;
 use super::convert::unpremultiply;
 use super::exif::FocalLength;
-use super::header::{StoredHeader, check_bytes, check_size};
+use super::header::{MAX_RATIO, MAX_UNBACKED_BYTES, StoredHeader, check_bytes, check_size};
 use super::orientation::Orientation;
 use super::{DeclaredSpace, Decoded, Format, ImageError};
 
@@ -54,6 +54,8 @@ struct ChannelLayout {
     stored: Size,
     /// Its corner, relative to that of the display window.
     offset: [i64; 2],
+    /// Bytes of all channels of the data window, also of those that are not used.
+    stored_bytes: u64,
 }
 
 pub(super) fn header(reader: &mut (impl BufRead + Seek)) -> Result<StoredHeader, ImageError> {
@@ -100,7 +102,9 @@ fn layout(headers: &[Header]) -> Result<ChannelLayout, ImageError> {
     let sides = |size: Vec2<usize>| (size.0 as u64, size.1 as u64);
     let size = check_size(FORMAT, sides(display.size), channels, Depth::F32)?;
     let texel_bytes = list.iter().map(|channel| channel.sample_type.bytes_per_sample() as u64);
-    let stored = check_bytes(FORMAT, sides(data.size), texel_bytes.sum())?;
+    let texel_bytes = texel_bytes.sum();
+    let stored = check_bytes(FORMAT, sides(data.size), texel_bytes)?;
+    let stored_bytes = stored.texels() as u64 * texel_bytes;
     let offset = [
         i64::from(data.position.0) - i64::from(display.position.0),
         i64::from(data.position.1) - i64::from(display.position.1),
@@ -108,23 +112,26 @@ fn layout(headers: &[Header]) -> Result<ChannelLayout, ImageError> {
     let primaries = colors::primaries(header.shared_attributes.chromaticities);
     let neutral = colors::neutral(&primaries, header.own_attributes.adopted_neutral);
     let orientation = Orientation::default();
+    // Channels are decoded separately, as floats, and then interleaved.
+    let planes = 2 * size.texels().max(stored.texels()) as u64 * channels.count() as u64 * 4;
     let header = StoredHeader {
         size,
         channels,
         depth: Depth::F32,
         orientation,
         focal: FocalLength::default(),
-        // Channels are decoded separately, as floats, and then interleaved.
-        scratch_bytes: 2 * size.texels().max(stored.texels()) as u64 * channels.count() as u64 * 4,
+        // Those that are not used are decoded, too.
+        scratch_bytes: planes.max(stored_bytes),
     };
     let colors = Colors { primaries, neutral, is_luminance_chroma };
-    Ok(ChannelLayout { header, sources, colors, stored, offset })
+    Ok(ChannelLayout { header, sources, colors, stored, offset, stored_bytes })
 }
 
 pub(super) fn decode(bytes: &[u8], space: DeclaredSpace) -> Result<Decoded, ImageError> {
     let mut rest = bytes;
     let meta = MetaData::read_from_buffered(&mut rest, false).map_err(from_exr)?;
     let layout = layout(&meta.headers)?;
+    check_stored(&layout, bytes.len() as u64)?;
     let mut values = if subsampled::any(&meta.headers) {
         let planes = subsampled::read(&meta, bytes, rest, &layout.sources)?;
         let mut values = vec![0.0; layout.header.values()];
@@ -141,6 +148,17 @@ pub(super) fn decode(bytes: &[u8], space: DeclaredSpace) -> Result<Decoded, Imag
         unpremultiply(&mut values, header.channels);
     }
     Ok(Decoded { header, texels: Texels::F32(values), icc: None })
+}
+
+/// Checks the channels that are stored against the length of the file, as the texture is checked when a
+/// file is opened: a channel costs 20 bytes of a header, whatever the size of the image is.
+fn check_stored(layout: &ChannelLayout, file: u64) -> Result<(), ImageError> {
+    let least = layout.stored_bytes / MAX_RATIO;
+    if layout.stored_bytes > MAX_UNBACKED_BYTES && file < least {
+        let size = layout.header.size;
+        return Err(ImageError::Unbacked { format: FORMAT, size, found: file, least });
+    }
+    Ok(())
 }
 
 /// The values of a file without subsampled channels, as stored.

@@ -201,8 +201,9 @@ impl<R: BufRead + Seek> Rows<R> {
 
 /// Reads everything before the rows.
 fn reader<R: BufRead + Seek>(source: R, header: &StoredHeader) -> Result<Reader<R>, ImageError> {
-    // The limit applies to chunks kept in memory, of which only the profile is large.
-    let limits = Limits { bytes: 4 * MAX_ICC_BYTES };
+    // The limit applies to chunks kept in memory, of which only the profile is large: it is there as it is
+    // stored, and inflated.
+    let limits = Limits { bytes: 2 * MAX_ICC_BYTES + (1 << 20) };
     let mut decoder = Decoder::new_with_limits(source, limits);
     decoder.set_ignore_text_chunk(true);
     // Palettes, 1 to 4 bits and colour keys become 8-bit channels.
@@ -234,6 +235,12 @@ impl Colors {
         header: &StoredHeader,
         space: DeclaredSpace,
     ) -> Result<Self, ImageError> {
+        // Checked before it is copied.
+        if let Some(found) = info.icc_profile.as_ref().map(|icc| icc.len())
+            && found > MAX_ICC_BYTES
+        {
+            return Err(ImageError::IccTooLarge { found, max: MAX_ICC_BYTES });
+        }
         let icc = || info.icc_profile.as_deref().map(<[u8]>::to_vec);
         if space == DeclaredSpace::Ignored {
             return Ok(Self { icc: icc(), conversion: None });
