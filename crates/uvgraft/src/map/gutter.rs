@@ -268,14 +268,19 @@ impl Border {
     ///
     /// - `clashes`: sorted pairs of islands: the one that owns texels, then the one that lost them.
     pub fn winners(&self, clashes: Vec<(u32, u32)>) -> Winners {
-        let wins = |edge: &Edge| {
+        let losers = |edge: &Edge| {
             let first = clashes.partition_point(|clash| clash.0 < edge.island);
-            clashes.get(first).is_some_and(|clash| clash.0 == edge.island)
+            let len = clashes[first..].partition_point(|clash| clash.0 == edge.island);
+            first..first + len
         };
         let linked = (0..).zip(&self.edges[..self.linked]);
-        let edges: Vec<u32> =
-            linked.filter(|(_, edge)| wins(edge)).map(|(index, _)| index).collect();
-        let rows = |&edge: &u32| self.edges[edge as usize].reach(1, FRINGE_PX, self.size.height);
+        let edges: Vec<(u32, Range<usize>)> = linked
+            .map(|(index, edge)| (index, losers(edge)))
+            .filter(|(_, losers)| !losers.is_empty())
+            .collect();
+        let rows = |(edge, _): &(u32, Range<usize>)| {
+            self.edges[*edge as usize].reach(1, FRINGE_PX, self.size.height)
+        };
         let rows: Vec<Range<u32>> = edges.iter().map(rows).collect();
         Winners { blocks: RowBlocks::new(self.size.height, &rows, |index| index), edges, clashes }
     }
@@ -283,12 +288,19 @@ impl Border {
 
 /// Edges of islands that won an overlap, bucketed by the rows that their fringes reach.
 pub(super) struct Winners {
-    pub edges: Vec<u32>,
+    /// With the part of `clashes` that their island won.
+    edges: Vec<(u32, Range<usize>)>,
     pub blocks: RowBlocks<u32>,
-    pub clashes: Vec<(u32, u32)>,
+    clashes: Vec<(u32, u32)>,
 }
 
 impl Winners {
+    /// An edge, and the islands that lost texels to its own, in ascending order: the second of each pair.
+    pub fn edge(&self, winner: u32) -> (u32, &[(u32, u32)]) {
+        let (edge, losers) = &self.edges[winner as usize];
+        (*edge, &self.clashes[losers.clone()])
+    }
+
     /// The blocks of rows in which a loser may lose more texels than the winner covers.
     pub fn affected(&self) -> Vec<usize> {
         (0..self.blocks.count()).filter(|&block| !self.blocks.items(block).is_empty()).collect()

@@ -177,14 +177,14 @@ impl GutterRows {
         let width = border.size.width;
         let mut touched = width..0;
         for &winner in winners.blocks.items(block) {
-            let index = winners.edges[winner as usize];
+            let (index, losers) = winners.edge(winner);
             let edge = &border.edges[index as usize];
             let height = f64::from(row) + 0.5;
             let reach = edge.columns_near([height; 2], FRINGE_PX, width);
             let first = spans.partition_point(|span| span.end <= reach.start);
             for span in spans[first..].iter().take_while(|span| span.start < reach.end) {
-                let clash = (edge.island, islands.of_faces()[span.face as usize]);
-                if winners.clashes.binary_search(&clash).is_ok() {
+                let island = islands.of_faces()[span.face as usize];
+                if losers.binary_search_by_key(&island, |&(_, loser)| loser).is_ok() {
                     let texels = intersection(&(span.start..span.end), &reach);
                     touched = touched.start.min(texels.start)..touched.end.max(texels.end);
                     self.nearest.offer(edge, index, row, texels);

@@ -153,10 +153,10 @@ pub enum SurfaceError {
         /// The limit.
         steps: u64,
     },
-    /// Vertices that are connected to others all over the mesh.
+    /// Vertices that are connected with others all over the mesh.
     #[error(
-        "the target's triangles must make up a surface, these connect its points at random: its equations \
-         would take more memory than those of any surface"
+        "the target's triangles must make up a surface, these connect points with too many others: its \
+         equations would take more memory than those of any surface"
     )]
     Connected,
 }

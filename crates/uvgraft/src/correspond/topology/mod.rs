@@ -352,7 +352,7 @@ impl<'a> Search<'a> {
         self.work.take(looked_at.get() / 64);
         let (half, others) = found?;
         let count = others.len();
-        let others = self.nearest_first(half, others, aligned);
+        let others = self.nearest_first(half, &others, aligned);
         if count > MANY_WAYS && self.grow_in_place(half, &others, rings.len(), aligned) {
             return Some(count);
         }
@@ -387,7 +387,7 @@ impl<'a> Search<'a> {
     fn nearest_first(
         &mut self,
         half: u32,
-        others: Vec<u32>,
+        others: &[u32],
         aligned: Option<Similarity>,
     ) -> Vec<u32> {
         /// More ways than any sphere that an artist makes has.
