@@ -85,8 +85,8 @@ fn nodes_of_a_mesh() -> Strip {
 
 fn instances() -> Strip {
     let mut strip = Strip::new();
-    let primitive = empty_primitive(&mut strip, 3, 12);
-    let moves = zeros(&mut strip, 5126, 1 << 19, "VEC3");
+    let primitive = empty_primitive(&mut strip, 3, 48);
+    let moves = zeros(&mut strip, 5126, 1 << 18, "VEC3");
     let strip = strip.with("/meshes/0/primitives", json!([primitive]));
     let instancing =
         json!({ "EXT_mesh_gpu_instancing": { "attributes": { "TRANSLATION": moves } } });
