@@ -9,23 +9,41 @@ use crate::exr_seeds::attribute;
 #[derive(Debug, Arbitrary)]
 struct Choices {
     sides: [Many; 2],
-    side: Option<(bool, Number)>,
     corner: Option<[i16; 2]>,
-    display: Option<Number>,
     channels: u8,
     repeated: Option<Many>,
-    name: Option<Many>,
     is_half: bool,
-    sampling: Option<(u8, u8)>,
     compression: u8,
     tile: Option<([u8; 2], u8)>,
     attributes: Option<Many>,
     value: Option<Many>,
-    length: Option<Number>,
-    data: Option<Many>,
-    chunk: Option<Number>,
-    offset: Option<Number>,
-    patch: Option<Patch>,
+    changes: [Option<Change>; 2],
+}
+
+/// What does not fit the rest.
+#[derive(Debug, Clone, Copy, Arbitrary)]
+enum Change {
+    Number(Place, Number),
+    /// The length of the first channel's name.
+    Name(Many),
+    Any(Patch),
+}
+
+/// A number of the file.
+#[derive(Debug, Clone, Copy, PartialEq, Arbitrary)]
+enum Place {
+    Width,
+    Height,
+    Display,
+    Sampling,
+    /// The length of an attribute.
+    Attribute,
+    /// Bytes of a block before it is compressed.
+    Block,
+    /// The length of a block.
+    Length,
+    /// Where the first block is.
+    Offset,
 }
 
 const CHANNELS: [&[&str]; 5] =
@@ -38,17 +56,27 @@ impl Choices {
         [name.as_bytes(), b"\0", numbers.as_flattened()].concat()
     }
 
+    /// A number, changed if it is chosen.
+    fn number(&self, place: Place, was: u64) -> u64 {
+        self.changes.iter().flatten().fold(was, |was, change| match *change {
+            Change::Number(found, to) if found == place => to.instead_of(was),
+            _ => was,
+        })
+    }
+
     fn channels(&self) -> Vec<Vec<u8>> {
         let names = CHANNELS[usize::from(self.channels) % CHANNELS.len()];
         let mut channels: Vec<Vec<u8>> = Vec::new();
         for (index, name) in names.iter().enumerate() {
-            let half = if name.len() == 2 { 2 } else { 1 };
-            let sampling = match self.sampling {
-                Some((which, to)) if usize::from(which) % names.len() == index => to.into(),
-                _ => half,
-            };
-            let longer = "x".repeat(self.name.filter(|_| index == 0).map_or(0, |many| many.of(1)));
-            channels.push(self.channel(&format!("{name}{longer}"), sampling));
+            let sampling = if name.len() == 2 { 2 } else { 1 };
+            let mut name = name.to_string();
+            if index == 0 {
+                for change in self.changes.iter().flatten() {
+                    let Change::Name(many) = change else { continue };
+                    name.extend(std::iter::repeat_n('x', many.of(1)));
+                }
+            }
+            channels.push(self.channel(&name, self.number(Place::Sampling, sampling) as i32));
         }
         for at in 0..self.repeated.map_or(0, |many| many.of(24)) {
             channels.push(self.channel(&format!("Z{at:06}"), 1));
@@ -57,18 +85,13 @@ impl Choices {
     }
 
     fn file(&self) -> Vec<u8> {
-        let mut sides = self.sides.map(|side| side.0 as u64);
-        if let Some((side, to)) = self.side {
-            sides[usize::from(side)] = to.instead_of(sides[usize::from(side)]);
-        }
+        let [width, height] = self.sides.map(|side| side.0 as u64);
+        let sides = [self.number(Place::Width, width), self.number(Place::Height, height)];
         let [x, y] = self.corner.unwrap_or_default().map(i32::from);
         let last = [(x, sides[0]), (y, sides[1])]
             .map(|(from, side)| from.wrapping_add(side as i32).wrapping_sub(1));
         let window = [x, y, last[0], last[1]].map(i32::to_le_bytes);
-        let mut display = [0, 0, last[0], last[1]];
-        if let Some(to) = self.display {
-            display[2] = to.instead_of(display[2] as u64) as i32;
-        }
+        let display = [x, y, self.number(Place::Display, last[0] as u64) as i32, last[1]];
         let display = display.map(i32::to_le_bytes);
         let channels = self.channels();
         let bytes_each = channels.len() * if self.is_half { 2 } else { 4 };
@@ -100,7 +123,8 @@ impl Choices {
         if let Some(many) = self.value {
             let mut long = attribute("comment", "string", &vec![b'a'; many.of(1)]);
             // The length of the value is behind both names.
-            self.length.into_iter().for_each(|to| to.patch(&mut long, 15, 4, false));
+            let length = self.number(Place::Attribute, many.of(1) as u64) as u32;
+            long[15..19].copy_from_slice(&length.to_le_bytes());
             file.extend(long);
         }
         for at in 0..self.attributes.map_or(0, |many| many.of(24)) {
@@ -108,7 +132,11 @@ impl Choices {
         }
         file.push(0);
         self.chunks(&mut file, sides, y, bytes_each, compression);
-        self.patch.into_iter().for_each(|patch| patch.apply(&mut file, false));
+        for change in self.changes.iter().flatten() {
+            if let Change::Any(patch) = change {
+                patch.apply(&mut file, false);
+            }
+        }
         file
     }
 
@@ -136,7 +164,8 @@ impl Choices {
         };
         let count = count.min((MAX_BYTES / 32) as u64) as usize;
         let plain = (width as usize).saturating_mul(each).saturating_mul(rows as usize);
-        let plain = self.data.map_or(plain, |many| many.0).min(2 * MAX_BYTES / count.max(1) + 64);
+        let plain = self.number(Place::Block, plain as u64);
+        let plain = plain.min((2 * MAX_BYTES / count.max(1) + 64) as u64) as usize;
         let block = match kind {
             2 | 3 => png::zlib(&vec![0; plain]),
             1 => [127, 0].repeat(plain.div_ceil(128)),
@@ -146,7 +175,7 @@ impl Choices {
         let first = file.len() + 8 * count;
         for index in 0..count {
             let at = (first + index * (head + block.len())) as u64;
-            let at = self.offset.filter(|_| index == 0).map_or(at, |to| to.instead_of(at));
+            let at = if index == 0 { self.number(Place::Offset, at) } else { at };
             file.extend(at.to_le_bytes());
         }
         for index in 0..count {
@@ -156,8 +185,7 @@ impl Choices {
                 file.extend(top.wrapping_add(index as i32 * rows as i32).to_le_bytes());
             }
             let length = block.len() as u64;
-            let length =
-                self.chunk.filter(|_| index == 0).map_or(length, |to| to.instead_of(length));
+            let length = if index == 0 { self.number(Place::Length, length) } else { length };
             file.extend((length as u32).to_le_bytes());
             file.extend(&block);
         }

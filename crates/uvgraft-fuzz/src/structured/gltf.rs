@@ -195,7 +195,7 @@ fn elements(strip: &mut Strip, accessor: usize, count: Many, is_stored: bool) {
 
 /// Makes the first image one of any size and of a single colour, or the beginning of one.
 fn image(strip: &mut Strip, [width, height]: [usize; 2], is_whole: bool) {
-    let rows = if is_whole { height * (1 + 3 * width) } else { 100 };
+    let rows = if is_whole { height.saturating_mul(1 + 3 * width) } else { 100 };
     let zlib = super::png::zlib(&vec![0; rows.min(8 * MAX_BYTES)]);
     let view = strip.view(&png(width as u32, height as u32, &zlib));
     if let Some(image) = nth(strip, "/images", 0) {

@@ -44,7 +44,7 @@ impl Choices {
     fn image(&self) -> Vec<u8> {
         let [width, height] = self.sides.map(|side| side.0);
         let blocks = width.div_ceil(4).saturating_mul(height.div_ceil(4));
-        let count = self.level.map_or(16 * blocks, |many| many.0).min(64 * MAX_BYTES);
+        let count = self.level.map_or(blocks.saturating_mul(16), |many| many.0).min(64 * MAX_BYTES);
         let scheme = u32::from(self.scheme % 4);
         let level = match scheme {
             2 => zstandard(count),

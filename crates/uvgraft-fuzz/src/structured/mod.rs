@@ -50,3 +50,41 @@ pub fn random_choices(random: &mut fastrand::Rng) -> Vec<u8> {
     let count = random.usize(24..160);
     (0..count).map(|_| random.u8(..)).collect()
 }
+
+#[cfg(test)]
+mod tests {
+    use uvgraft_gltf::scene::Scene;
+    use uvgraft_io::{arrays, image, tflite as models, torch as tensors};
+
+    use super::*;
+
+    /// Files that are all refused at the first check would test nothing.
+    #[test]
+    fn many_files_are_read() {
+        let is_scene: fn(&[u8]) -> bool = |bytes| Scene::read(bytes).is_ok();
+        let is_image: fn(&[u8]) -> bool = |bytes| image::decode(bytes).is_ok();
+        let is_arrays: fn(&[u8]) -> bool = |bytes| arrays::parse(bytes).is_ok();
+        let kinds: [(&str, fn(&[u8]) -> Vec<u8>, fn(&[u8]) -> bool); 15] = [
+            ("scene", scene::file, is_scene),
+            ("vrm0", vrm0::file, is_scene),
+            ("vrm1", vrm1::file, is_scene),
+            ("vrma", vrma::file, is_scene),
+            ("draco", draco::file, is_scene),
+            ("npy", npy::file, |bytes| arrays::parse_npy(bytes).is_ok()),
+            ("npz", npz::file, is_arrays),
+            ("pickle", pickle::file, is_arrays),
+            ("torch", torch::file, |bytes| tensors::parse(bytes).is_ok()),
+            ("tflite", tflite::file, |bytes| models::parse(bytes).is_ok()),
+            ("png", png::file, is_image),
+            ("jpeg", jpeg::file, is_image),
+            ("webp", webp::file, is_image),
+            ("tiff", tiff::file, is_image),
+            ("exr", exr::file, is_image),
+        ];
+        for (name, file, is_read) in kinds {
+            let count = choices().iter().filter(|choices| is_read(&file(choices))).count();
+            println!("{name}: {count} of 64");
+            assert!(count >= 4, "{name}: {count} of 64 are read");
+        }
+    }
+}

@@ -32,11 +32,16 @@ const COMPARED: u64 = 1 << 22;
 /// What is unpacked may be there as it is stored, as numbers, and as the next larger kind of numbers.
 const EACH_UNPACKED_BYTE: usize = 24;
 
+/// A size in bytes; the largest where sizes have fewer bits.
+fn size(bytes: u64) -> usize {
+    usize::try_from(bytes).unwrap_or(usize::MAX)
+}
+
 /// Whole, and in bands, which are dropped.
 pub(super) fn image(bytes: &[u8]) {
     let header = within("reading a header", allowed(bytes), || image::decode_header(bytes));
     let declared = header.as_ref().map_or(0, |header| header.decoding_bytes);
-    let most = allowed(bytes).saturating_add(declared as usize);
+    let most = allowed(bytes).saturating_add(size(declared));
     let whole = within("decoding", most, || image::decode(bytes).map(drop));
     if let Err(error @ ImageError::GaveUp { .. }) = &whole {
         panic!("a caught panic is one all the same: {error}");
@@ -114,7 +119,7 @@ pub(super) fn scene(bytes: &[u8]) {
             let _ = black_box(whole_within(Input::bytes("fuzzed.glb", bytes), budget));
         });
     }
-    let declared = declared_elements(bytes) as usize;
+    let declared = size(declared_elements(bytes));
     let most = suitable.saturating_add(EACH_BYTE.saturating_mul(declared)).min(by_default);
     if choice & 32 > 0 {
         within("reading a mesh", most, || {
@@ -136,7 +141,7 @@ fn unpacked(bytes: &[u8]) -> usize {
         // Deflate makes at most 1,032 bytes of one.
         sum = sum.saturating_add(entry.size().min(entry.compressed_size().saturating_mul(1032)));
     }
-    if sum <= arrays::MAX_UNPACKED_BYTES { sum as usize } else { 0 }
+    if sum <= arrays::MAX_UNPACKED_BYTES { size(sum) } else { 0 }
 }
 
 /// What becomes of arrays by name.

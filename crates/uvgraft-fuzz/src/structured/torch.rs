@@ -14,13 +14,23 @@ use super::{choose, reading};
 struct Choices {
     storage: u8,
     values: Many,
-    stated: Option<Number>,
-    offset: Option<Number>,
-    shape: [Option<Number>; 3],
-    strides: [Option<Number>; 3],
-    tensors: Many,
-    is_texture: bool,
+    columns: u8,
+    /// All values are the first one.
+    is_repeated: Option<bool>,
+    changes: [Option<(Place, Number)>; 2],
+    tensors: Option<Many>,
     is_deflated: bool,
+}
+
+/// A number of all tensors.
+#[derive(Debug, Clone, Copy, PartialEq, Arbitrary)]
+enum Place {
+    Stated,
+    Offset,
+    Rows,
+    Columns,
+    RowStride,
+    ColumnStride,
 }
 
 const STORAGES: [(&str, usize); 8] = [
@@ -47,14 +57,22 @@ fn text(text: &str, out: &mut Vec<u8>) {
 }
 
 impl Choices {
+    /// A number, changed if it is chosen.
+    fn number(&self, place: Place, was: u64) -> u64 {
+        let changes = self.changes.iter().flatten().filter(|change| change.0 == place);
+        changes.fold(was, |was, change| change.1.instead_of(was))
+    }
+
     fn pickle(&self) -> Vec<u8> {
         let (storage, width) = STORAGES[usize::from(self.storage) % STORAGES.len()];
         let values = self.values.of(width) as u64;
+        let columns = u64::from(self.columns % 4 + 1).min(values);
+        let steps = if self.is_repeated == Some(true) { [0, 0] } else { [columns, 1] };
         let mut out = b"\x80\x02}".to_vec();
-        for tensor in 0..self.tensors.of(200) {
-            let name = match (self.is_texture, tensor) {
-                (true, 0) => "color".to_owned(),
-                (true, 1) => "opacity".to_owned(),
+        for tensor in 0..self.tensors.map_or(1, |many| many.of(200)) {
+            let name = match tensor {
+                0 => "color".to_owned(),
+                1 => "opacity".to_owned(),
                 _ => tensor.to_string(),
             };
             text(&name, &mut out);
@@ -63,15 +81,16 @@ impl Choices {
             out.extend(format!("ctorch\n{storage}Storage\n").bytes());
             text("0", &mut out);
             text("cpu", &mut out);
-            long(self.stated.map_or(values, |to| to.instead_of(values)), &mut out);
+            long(self.number(Place::Stated, values), &mut out);
             out.extend(b"tQ");
-            long(self.offset.map_or(0, |to| to.instead_of(0)), &mut out);
-            for (sizes, was) in [(self.shape, [1, 1, values]), (self.strides, [values, values, 1])]
-            {
+            long(self.number(Place::Offset, 0), &mut out);
+            for [(rows, was_rows), (columns, was_columns)] in [
+                [(Place::Rows, values / columns), (Place::Columns, columns)],
+                [(Place::RowStride, steps[0]), (Place::ColumnStride, steps[1])],
+            ] {
                 out.push(b'(');
-                for (size, was) in sizes.iter().zip(was) {
-                    long(size.map_or(was, |to| to.instead_of(was)), &mut out);
-                }
+                long(self.number(rows, was_rows), &mut out);
+                long(self.number(columns, was_columns), &mut out);
                 out.push(b't');
             }
             out.extend(b"\x89ccollections\nOrderedDict\n)RtRs");

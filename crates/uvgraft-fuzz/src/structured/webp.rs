@@ -8,13 +8,20 @@ use super::{choose, reading};
 #[derive(Debug, Arbitrary)]
 struct Choices {
     sides: [Many; 2],
-    canvas: Option<[Number; 2]>,
+    is_extended: bool,
     flags: u8,
     kind: Kind,
     chunk: Option<(u8, Many)>,
     repeated: Option<Many>,
-    length: Option<Number>,
-    patch: Option<Patch>,
+    damage: Option<Damage>,
+}
+
+/// What does not fit the rest.
+#[derive(Debug, Clone, Copy, Arbitrary)]
+enum Damage {
+    Canvas([Number; 2]),
+    Length(Number),
+    Any(Patch),
 }
 
 #[derive(Debug, Clone, Copy, Arbitrary)]
@@ -34,13 +41,16 @@ fn add(file: &mut Vec<u8>, name: &[u8; 4], content: &[u8]) {
     file.resize(file.len().next_multiple_of(2), 0);
 }
 
-/// A lossless image of one colour: five codes of one symbol each, so that texels take no bits.
+/// Texels that take no bits, however many there are: no transform, no cache, no groups, and then five
+/// codes of one symbol, which has one bit and is 0.
+const ONE_COLOR: [u8; 3] = [0b1000_1000, 0b1000_1000, 0b0000_1000];
+
+/// A lossless image of one colour.
 fn lossless([width, height]: [u32; 2]) -> Vec<u8> {
     let sides = width.wrapping_sub(1) & 0x3fff | (height.wrapping_sub(1) & 0x3fff) << 14;
     let mut stream = vec![0x2f];
     stream.extend(sides.to_le_bytes());
-    // No transform, no cache, no groups; then, five times: simple, one symbol, of one bit, 0.
-    stream.extend([0b0000_1000, 0b1000_1000, 0b0000_1000]);
+    stream.extend(ONE_COLOR);
     stream
 }
 
@@ -56,14 +66,13 @@ const EXTRA: [&[u8; 4]; 4] = [b"ICCP", b"EXIF", b"XMP ", b"ABCD"];
 
 impl Choices {
     fn file(&self) -> Vec<u8> {
-        let sides = self.sides.map(|side| side.0 as u32);
+        let sides = self.sides.map(|side| side.0.min(1 << 14) as u32);
         let mut file = b"RIFF\0\0\0\0WEBP".to_vec();
-        let is_extended =
-            self.canvas.is_some() || !matches!(self.kind, Kind::Lossless | Kind::Lossy);
+        let is_extended = self.is_extended || !matches!(self.kind, Kind::Lossless | Kind::Lossy);
         if is_extended {
             let mut canvas = sides.map(u64::from);
-            for (side, to) in canvas.iter_mut().zip(self.canvas.into_iter().flatten()) {
-                *side = to.instead_of(*side);
+            if let Some(Damage::Canvas(to)) = self.damage {
+                canvas = [0, 1].map(|side| to[side].instead_of(canvas[side]));
             }
             let flags = match self.kind {
                 Kind::Animated(_) => self.flags | 0x02,
@@ -83,7 +92,7 @@ impl Choices {
             Kind::Lossless => add(&mut file, b"VP8L", &lossless(sides)),
             Kind::Lossy => add(&mut file, b"VP8 ", &lossy(sides)),
             Kind::Alpha => {
-                add(&mut file, b"ALPH", &[1, 0b0000_1000, 0b1000_1000, 0b0000_1000]);
+                add(&mut file, b"ALPH", &[&[1], &ONE_COLOR[..]].concat());
                 add(&mut file, b"VP8 ", &lossy(sides));
             }
             Kind::Animated(many) => {
@@ -94,10 +103,13 @@ impl Choices {
                 (0..many.of(frame.len())).for_each(|_| add(&mut file, b"ANMF", &frame));
             }
         }
-        let length = file.len() as u64 - 8;
-        let told = self.length.map_or(length, |to| to.instead_of(length)) as u32;
-        file[4..8].copy_from_slice(&told.to_le_bytes());
-        self.patch.into_iter().for_each(|patch| patch.apply(&mut file, false));
+        let length = (file.len() as u32 - 8).to_le_bytes();
+        file[4..8].copy_from_slice(&length);
+        match self.damage {
+            Some(Damage::Length(to)) => to.patch(&mut file, 4, 4, false),
+            Some(Damage::Any(patch)) => patch.apply(&mut file, false),
+            Some(Damage::Canvas(_)) | None => {}
+        }
         file
     }
 }
