@@ -226,7 +226,7 @@ mod tests {
     use std::io::Cursor;
 
     use uvgraft::{Channels, Encoding, Texels};
-    use uvgraft_io::image::WriteOptions;
+    use uvgraft_io::image::{Format, WriteOptions};
 
     use super::*;
 
