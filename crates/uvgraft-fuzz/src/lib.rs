@@ -24,6 +24,9 @@ pub use peak_alloc::PeakAlloc as Allocator;
 pub use sealed::png_resealed;
 pub use structured::random_choices;
 
+/// Makes a file of choices.
+pub type Builder = fn(&[u8]) -> Vec<u8>;
+
 /// Something to fuzz.
 #[derive(Debug, Clone, Copy)]
 pub struct Target {
@@ -34,7 +37,7 @@ pub struct Target {
     /// Valid files, or choices, to start from.
     pub seeds: fn() -> Vec<Vec<u8>>,
     /// What makes a file of the bytes, if these are choices.
-    pub file: Option<fn(&[u8]) -> Vec<u8>>,
+    pub file: Option<Builder>,
 }
 
 macro_rules! targets {

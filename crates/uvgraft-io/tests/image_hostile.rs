@@ -239,3 +239,25 @@ fn unused_channels_of_exr_count() {
         "{refused}"
     );
 }
+
+/// A canvas of one texel may not hide a frame of 16,383 × 16,383, which takes 400 MB.
+#[test]
+fn lossy_frames_of_webp_fit_their_canvas() {
+    let chunk = |name: &[u8; 4], content: &[u8]| {
+        [name, &(content.len() as u32).to_le_bytes()[..], content].concat()
+    };
+    let frame = [&[0x10, 2, 0, 0x9d, 1, 0x2a, 0xff, 0x3f, 0xff, 0x3f][..], &[0; 64]].concat();
+    let frame = chunk(b"VP8 ", &frame);
+    let still = [chunk(b"VP8X", &[0; 10]), frame.clone()].concat();
+    let moving = [
+        chunk(b"VP8X", &[2, 0, 0, 0, 0, 0, 0, 0, 0, 0]),
+        chunk(b"ANIM", &[0; 6]),
+        chunk(b"ANMF", &[&[0; 16], &frame[..]].concat()),
+    ]
+    .concat();
+    for chunks in [still, moving] {
+        let file = chunk(b"RIFF", &[b"WEBP", &chunks[..]].concat());
+        let refused = decode(&file).unwrap_err().to_string();
+        assert!(refused.contains("a frame of 16383×16383 texels"), "{refused}");
+    }
+}

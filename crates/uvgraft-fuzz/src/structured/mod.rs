@@ -57,14 +57,17 @@ mod tests {
     use uvgraft_io::{arrays, image, tflite as models, torch as tensors};
 
     use super::*;
+    use crate::Builder;
+
+    type Reader = fn(&[u8]) -> bool;
 
     /// Files that are all refused at the first check would test nothing.
     #[test]
     fn many_files_are_read() {
-        let is_scene: fn(&[u8]) -> bool = |bytes| Scene::read(bytes).is_ok();
-        let is_image: fn(&[u8]) -> bool = |bytes| image::decode(bytes).is_ok();
-        let is_arrays: fn(&[u8]) -> bool = |bytes| arrays::parse(bytes).is_ok();
-        let kinds: [(&str, fn(&[u8]) -> Vec<u8>, fn(&[u8]) -> bool); 15] = [
+        let is_scene: Reader = |bytes| Scene::read(bytes).is_ok();
+        let is_image: Reader = |bytes| image::decode(bytes).is_ok();
+        let is_arrays: Reader = |bytes| arrays::parse(bytes).is_ok();
+        let kinds: [(&str, Builder, Reader); 15] = [
             ("scene", scene::file, is_scene),
             ("vrm0", vrm0::file, is_scene),
             ("vrm1", vrm1::file, is_scene),
@@ -83,7 +86,6 @@ mod tests {
         ];
         for (name, file, is_read) in kinds {
             let count = choices().iter().filter(|choices| is_read(&file(choices))).count();
-            println!("{name}: {count} of 64");
             assert!(count >= 4, "{name}: {count} of 64 are read");
         }
     }

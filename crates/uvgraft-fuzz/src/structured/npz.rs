@@ -86,7 +86,7 @@ impl Choices {
         }
         for at in 0..self.repeated.map_or(0, |many| many.of(400)) {
             let _ = archive.start_file(format!("{at}.npy"), options);
-            let _ = archive.write_all(&[b"\x93NUMPY\x01\0\x3d\0", &SCALAR[..]].concat());
+            let _ = archive.write_all(&[b"\x93NUMPY\x01\0\x3d\0", SCALAR].concat());
         }
         let mut file = archive.finish().map(Cursor::into_inner).unwrap_or_default();
         if let Some((what, to)) = self.stated {

@@ -25,7 +25,7 @@ fn nested(open: &str, close: &str) -> String {
 }
 
 fn glb(json: &str) -> Vec<u8> {
-    Glb::write(json.as_bytes(), &[]).unwrap()
+    Glb::write(json.as_bytes(), &[]).expect("below 4 GiB")
 }
 
 /// Reads a file in every way, on a thread with the stack of those that tests and Rayon use.
@@ -40,7 +40,8 @@ fn is_scene(bytes: &[u8]) -> bool {
             let _ = whole(Input::bytes("nested.glb", bytes));
             Scene::read(bytes).is_ok_and(|scene| scene.pose(&PoseRequest::default()).is_ok())
         };
-        small.spawn_scoped(scope, read).unwrap().join().unwrap()
+        let reader = small.spawn_scoped(scope, read).expect("a thread");
+        reader.join().expect("files are read or refused")
     })
 }
 

@@ -3,7 +3,7 @@
 use std::io::{BufRead, Cursor, Read, Seek, Write};
 
 use image_webp::{ColorType, DecodingError, EncodingError, WebPDecoder, WebPEncoder};
-use uvgraft::texture::{Channels, Depth, Texels, Texture};
+use uvgraft::texture::{Channels, Depth, Size, Texels, Texture};
 
 use super::convert::Conversion;
 use super::exif::FocalLength;
@@ -76,6 +76,40 @@ fn check_canvas(reader: &mut (impl BufRead + Seek)) -> Result<(), ImageError> {
     Ok(())
 }
 
+/// Checks the sizes of lossy frames, which the crate compares with the canvas only after it has decoded them.
+///
+/// - `rest`: chunks.
+/// - `is_frame`: whether they are those of a frame of an animation.
+fn check_frames(mut rest: &[u8], canvas: Size, is_frame: bool) -> Result<(), ImageError> {
+    while let Some((start, content)) = rest.split_first_chunk::<8>() {
+        let [.., l0, l1, l2, l3] = *start;
+        let length = u32::from_le_bytes([l0, l1, l2, l3]) as usize;
+        let content = &content[..length.min(content.len())];
+        match &start[..4] {
+            b"VP8 " => {
+                let sides = content.get(6..).and_then(<[u8]>::first_chunk::<4>);
+                let sides = sides.map(|&[w0, w1, h0, h1]| {
+                    // 14 bits, and two for a scale that nobody applies.
+                    [[w0, w1], [h0, h1]].map(|side| u32::from(u16::from_le_bytes(side) & 0x3fff))
+                });
+                if let Some([width, height]) = sides
+                    && (width > canvas.width || height > canvas.height)
+                {
+                    let found = format_args!("a frame of {width}×{height} texels, of {canvas}");
+                    return Err(ImageError::damaged(FORMAT, found));
+                }
+            }
+            b"ANMF" if !is_frame => {
+                check_frames(content.get(16..).unwrap_or_default(), canvas, true)?;
+            }
+            _ => {}
+        }
+        rest = rest.get(8..).and_then(|rest| rest.get(length..)).unwrap_or_default();
+        rest = rest.get(length % 2..).unwrap_or_default();
+    }
+    Ok(())
+}
+
 pub(super) fn decode(bytes: &[u8]) -> Result<Decoded, ImageError> {
     if let Some(length) = bytes.get(4..).and_then(|rest| rest.first_chunk())
         && (bytes.len() as u64) < u64::from(u32::from_le_bytes(*length)) + 8
@@ -83,6 +117,7 @@ pub(super) fn decode(bytes: &[u8]) -> Result<Decoded, ImageError> {
         return Err(ImageError::Truncated { format: FORMAT });
     }
     let (mut decoder, header) = open(Cursor::new(bytes))?;
+    check_frames(bytes.get(12..).unwrap_or_default(), header.size, false)?;
     let mut values = vec![0; header.values()];
     if decoder.output_buffer_size() != Some(values.len()) {
         return Err(ImageError::damaged(FORMAT, "size and channels do not match"));

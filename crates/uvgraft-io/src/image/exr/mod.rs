@@ -12,9 +12,9 @@ use ::exr::image::FlatSamples;
 use ::exr::image::read::image::ReadLayers;
 use ::exr::image::read::layers::ReadChannels;
 use ::exr::math::Vec2;
-use ::exr::meta::MetaData;
 use ::exr::meta::attribute::SampleType;
 use ::exr::meta::header::Header;
+use ::exr::meta::{BlockDescription, MetaData};
 use ::exr::prelude::f16;
 use uvgraft::texture::{Channels, Depth, Size, Texels};
 
@@ -112,6 +112,12 @@ fn layout(headers: &[Header]) -> Result<ChannelLayout, ImageError> {
     let primaries = colors::primaries(header.shared_attributes.chromaticities);
     let neutral = colors::neutral(&primaries, header.own_attributes.adopted_neutral);
     let orientation = Orientation::default();
+    let block_rows = match header.blocks {
+        BlockDescription::ScanLines => header.compression.scan_lines_per_block(),
+        BlockDescription::Tiles(tiles) => tiles.tile_size.height(),
+    };
+    let block_bytes =
+        stored_bytes / u64::from(stored.height) * (block_rows as u64).min(stored.height.into());
     // Channels are decoded separately, as floats, and then interleaved.
     let planes = 2 * size.texels().max(stored.texels()) as u64 * channels.count() as u64 * 4;
     let header = StoredHeader {
@@ -120,8 +126,8 @@ fn layout(headers: &[Header]) -> Result<ChannelLayout, ImageError> {
         depth: Depth::F32,
         orientation,
         focal: FocalLength::default(),
-        // Those that are not used are decoded, too.
-        scratch_bytes: planes.max(stored_bytes),
+        // Those that are not used are decoded, too, from blocks that may have all rows.
+        scratch_bytes: planes.max(stored_bytes + 2 * block_bytes),
     };
     let colors = Colors { primaries, neutral, is_luminance_chroma };
     Ok(ChannelLayout { header, sources, colors, stored, offset, stored_bytes })
