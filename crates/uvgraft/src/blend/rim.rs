@@ -59,8 +59,9 @@ pub(super) type Side = Vec<([f64; 3], f64)>;
 const MAX_ACROSS: f64 = 16.0;
 
 /// How many edges are followed along the boundary, for all of its points together, and how many
-/// triangles are looked at around them. Bodies with 1,300 points take 80,000 and 230,000; 2,600 points, as
-/// around a neck in a mesh of five million triangles, with a wide feather 3 and 15 million.
+/// triangles are looked at around them. For 1,300 points around FLAME's face in SMPL-X, 41,000 points are
+/// found along edges, and 75,000 triangles, each of which is looked at about three times. With a wide feather
+/// in a mesh of five million triangles, 2,600 points around a neck would look at 15 million.
 const MOST_ALONG: usize = 1 << 23;
 const MOST_AROUND: usize = 1 << 24;
 

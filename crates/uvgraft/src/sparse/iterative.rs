@@ -14,8 +14,8 @@ pub(crate) struct Iterative {
     scales: Vec<f64>,
 }
 
-/// Steps at most. Graphs whose factors fill up have short paths between any two points, and need few:
-/// random triangles over 10,000 points took 60.
+/// Steps at most. Graphs whose factors fill up have short paths between any two points, along which values
+/// spread in few steps.
 const STEPS: usize = 1000;
 
 /// The residual, relative to the right-hand side, that is a solution: colours have 16 bits.

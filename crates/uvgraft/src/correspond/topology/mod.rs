@@ -245,7 +245,7 @@ const MANY_WAYS: usize = 256;
 
 /// How many steps a search may take.
 fn most_steps(nets: [&Net; 2]) -> u64 {
-    /// Heads are found in bodies and in themselves in 1 to 2 for each polygon. A sphere of 128 by 64 quads,
+    /// Heads are found in bodies and in themselves in up to 3 for each polygon. A sphere of 128 by 64 quads,
     /// which has to be grown in 256 ways, takes 256.
     const PER_RING: usize = 256;
     const LEAST: usize = 1 << 19;
