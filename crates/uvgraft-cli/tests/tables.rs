@@ -411,7 +411,7 @@ fn hostile_tables_are_refused() {
         ("text.npz", "got a file that starts with"),
         ("beyond.pkl", "a sparse matrix of 100 x 25 has a value at 0, 25"),
         ("negative.pkl", "the shape of a sparse matrix must have two dimensions"),
-        ("huge.pkl", "at most 16777216 rows and columns"),
+        ("huge.pkl", "at most 4194304 rows and columns"),
         ("nan.pkl", "the matrix must be finite, got NaN in row 0, column 3"),
         ("none.pkl", "none of the 100 vertices of the table has a point"),
         ("heavy.pkl", "none of the 100 vertices of the table has a point"),

@@ -288,7 +288,7 @@ mod tests {
         let found = error([1, 5]).to_string();
         assert!(found.contains("of 1 x 5 has a value at 1, 1"), "{found}");
         let found = error([usize::MAX, 5]).to_string();
-        assert_eq!(found, "must have at most 16777216 rows and columns of a sparse matrix");
+        assert_eq!(found, "must have at most 4194304 rows and columns of a sparse matrix");
     }
 
     fn npz(format: &str, shape: &[i64], parts: &[(&str, &[i64])]) -> NamedArrays {
