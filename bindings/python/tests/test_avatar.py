@@ -360,7 +360,6 @@ def test_memory_is_bounded(demo):
     assert (uvgraft.render(path, size=16, memory=8 << 30) == uvgraft.render(path, size=16)).all()
 
 
-
 def test_photographs_as_arrays_and_paths(demo, tmp_path, monkeypatch):
     monkeypatch.setenv("UVGRAFT_FACE_WEIGHTS", str(tmp_path / "none"))
     one = noise(4, 5, 3)
