@@ -47,6 +47,10 @@ const DRAWN_TRIANGLE: u64 = 480;
 pub(super) const MESH_VERTEX: u64 = 80;
 pub(super) const MESH_UV: u64 = 24;
 pub(super) const MESH_TRIANGLE: u64 = 240;
+/// Blocks of 16 rows in a report, which is made for 2048 texels unless it is asked for more; and bytes of a
+/// triangle in each block.
+pub(super) const REPORT_BLOCKS: f32 = 128.0;
+pub(super) const LISTED: u64 = 28;
 
 /// Bytes of an instance: its transform, and what it is made of.
 const INSTANCE: u64 = 128;

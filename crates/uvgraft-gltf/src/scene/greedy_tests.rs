@@ -137,3 +137,32 @@ fn lists_in_messages_are_short() {
     let error = error.to_string();
     assert!(error.ends_with("and 190 more") && error.len() < 1000, "{error}");
 }
+
+/// Reports list a triangle in every block of rows of the layout that it touches.
+#[test]
+fn copies_that_fill_the_layout_count_by_their_height() {
+    let copies = |count: u32, height: f32| {
+        let mut strip = Strip::new();
+        let uv: Vec<u8> =
+            [[0.0, 0.0], [1.0, 0.0], [0.0, height], [1.0, height], [0.0, 0.0], [1.0, 0.0]]
+                .as_flattened()
+                .iter()
+                .flat_map(|value: &f32| value.to_le_bytes())
+                .collect();
+        let uv = strip.add(&uv, 5126, 6, "VEC2");
+        let places = json!({ "componentType": 5126, "count": count, "type": "VEC3" });
+        let accessors = strip.json["accessors"].as_array_mut().unwrap();
+        accessors.push(places);
+        let places = accessors.len() - 1;
+        strip.json["meshes"][0]["primitives"][0]["attributes"]["TEXCOORD_0"] = uv.into();
+        let node = strip.json["nodes"].as_array_mut().unwrap();
+        let node = node.iter_mut().find(|node| !node["mesh"].is_null()).unwrap();
+        node["extensions"] =
+            json!({ "EXT_mesh_gpu_instancing": { "attributes": { "TRANSLATION": places } } });
+        node["skin"] = serde_json::Value::Null;
+        read_mesh(&strip.glb(), &MeshChoice::default()).map(|read| read.mesh.faces().len())
+    };
+    let refused = copies(1 << 17, 1.0).unwrap_err().to_string();
+    assert!(refused.contains("memory"), "{refused}");
+    assert!(copies(1 << 17, 0.01).is_ok() && copies(1 << 10, 1.0).is_ok());
+}

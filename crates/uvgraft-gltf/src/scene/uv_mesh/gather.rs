@@ -13,7 +13,7 @@ use super::super::budget::{
     Demand, MAX_NAME_BYTES, MAX_PRIMITIVES, MAX_TRIANGLES, MAX_VERTICES, Purpose,
 };
 use super::super::check::too_many;
-use super::super::demand::{MESH_TRIANGLE, MESH_UV, MESH_VERTEX};
+use super::super::demand::{LISTED, MESH_TRIANGLE, MESH_UV, MESH_VERTEX, REPORT_BLOCKS};
 use super::super::document::{Document, Primitive};
 use super::super::error::SceneError;
 use super::super::geometry::{read_triangles, read_vertices};
@@ -53,6 +53,8 @@ pub(super) struct Gatherer<'a> {
     uv_faces: Vec<[u32; 3]>,
     parts: Vec<MeshPart>,
     name_bytes: u64,
+    /// What the file asks for.
+    demand: Demand,
     without_uv: WithoutUv,
     /// The error of the first primitive without the UV set.
     first_without_uv: Option<SceneMeshError>,
@@ -84,6 +86,7 @@ impl<'a> Gatherer<'a> {
             uv_faces: Vec::new(),
             parts: Vec::new(),
             name_bytes: 0,
+            demand: Demand::default(),
             without_uv: WithoutUv::default(),
             first_without_uv: None,
         }
@@ -126,7 +129,21 @@ impl<'a> Gatherer<'a> {
         too_many("vertices, of all nodes and instances", vertices, MAX_VERTICES)?;
         too_many("triangles, of all nodes and instances", triangles, MAX_TRIANGLES)?;
         demand.add(Purpose::Geometry, vertices, MESH_VERTEX);
-        Ok(demand.check()?)
+        demand.check()?;
+        self.demand = demand;
+        Ok(())
+    }
+
+    /// Adds up what a report of the layout takes for triangles by their height in it: each is listed in every block
+    /// of rows that it touches, so copies that fill the layout take far more than their corners.
+    fn check_heights(&mut self) -> Result<(), SceneError> {
+        let blocks = self.uv_faces.iter().map(|face| {
+            let v = face.map(|corner| self.uv[corner as usize][1].clamp(0.0, 1.0));
+            let height = v.into_iter().fold(0.0, f32::max) - v.into_iter().fold(1.0, f32::min);
+            (height.max(0.0) * REPORT_BLOCKS) as u64 + 1
+        });
+        self.demand.add(Purpose::Geometry, blocks.sum(), LISTED);
+        self.demand.check()
     }
 
     /// The first primitive of its mesh whose vertices are the same.
@@ -314,10 +331,11 @@ impl<'a> Gatherer<'a> {
         Ok(())
     }
 
-    pub(super) fn finish(self) -> Result<TexturedMesh, SceneMeshError> {
+    pub(super) fn finish(mut self) -> Result<TexturedMesh, SceneMeshError> {
         if self.faces.is_empty() {
             return Err(self.first_without_uv.unwrap_or(SceneMeshError::NoTriangles));
         }
+        self.check_heights()?;
         let is_named = |part: &MeshPart| {
             let names = [&part.object, &part.group, &part.material];
             names.into_iter().chain(&part.image).any(|name| !name.is_empty())
