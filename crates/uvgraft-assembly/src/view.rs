@@ -82,11 +82,11 @@ impl ViewRequest {
                 Ok((input, file_name(input), bytes.map_err(|failure| failure.context(input))?))
             })
             .collect::<Result<Vec<_>>>()?;
-        // What the renderer rejects, the viewer cannot show either.
         let embedded = files.iter().fold(bytes.len(), |sum, (_, _, bytes)| sum + bytes.len());
         let page_bytes = embedded / 3 * 4 + PAGE_BYTES;
         let decoded = files.iter().map(|(_, _, bytes)| decoded_bytes(bytes)).max().unwrap_or(0);
         let bound = Bound::new(self.memory, page_bytes as u64 + decoded);
+        // What the renderer rejects, the viewer cannot show either.
         let scene = bound.read(Scene::read_within(&bytes, bound.budget())).map_err(in_model)?;
         let look_at = match &self.look_at {
             Some(Aim::Named(name)) => {

@@ -108,7 +108,7 @@ enum Command {
 /// Runs the command with the arguments of a process, of which the first is the program's name.
 ///
 /// To be called once in a process, which it takes over: it handles signals, prints, and ends the
-/// process itself after a usage error or an interruption.
+/// process itself after an interruption.
 pub fn run(arguments: impl IntoIterator<Item = OsString>) -> ExitCode {
     let arguments: Vec<OsString> = arguments.into_iter().collect();
     // The stack of the thread that calls is whatever `ulimit -s` or the caller left.

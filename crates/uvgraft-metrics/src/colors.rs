@@ -40,16 +40,13 @@ impl Colors {
             Encoding::Linear => texture.encoded_as(Encoding::Srgb),
             Encoding::Srgb | Encoding::Data => texture,
         };
+        if texture.depth() == Depth::U8 && !texture.channels().has_alpha() {
+            let is_grey = texture.channels() == Channels::Grey;
+            let Texels::U8(levels) = texture.into_texels() else { unreachable!("8 bits") };
+            let stored = if is_grey { Stored::Grey(levels) } else { Stored::Rgb(levels) };
+            return Ok(Self { size, stored });
+        }
         let has_alpha = texture.channels().has_alpha() && texture.encoding() != Encoding::Data;
-        let texture = match (texture.channels(), texture.depth()) {
-            (channels @ (Channels::Grey | Channels::Rgb), Depth::U8) => {
-                let Texels::U8(levels) = texture.into_texels() else { unreachable!("8 bits") };
-                let is_grey = channels == Channels::Grey;
-                let stored = if is_grey { Stored::Grey(levels) } else { Stored::Rgb(levels) };
-                return Ok(Self { size, stored });
-            }
-            _ => texture,
-        };
         let channels = if has_alpha { Channels::Rgba } else { Channels::Rgb };
         let Texels::F32(mut values) = texture.converted(channels, Depth::F32).into_texels() else {
             unreachable!("converted to floats")

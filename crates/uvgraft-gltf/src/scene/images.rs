@@ -14,8 +14,7 @@ use super::error::SceneError;
 use super::material::{TextureUse, Wrap};
 use crate::glb::KTX2_IDENTIFIER;
 
-/// Bytes of a texel while it is decoded, apart from those of its values: decoders keep planes or
-/// coefficients.
+/// Bytes of a texel while KTX2 is decoded, apart from those of its values.
 const DECODING: u64 = 4;
 /// Bytes of a texel as it is drawn, with all smaller copies of it.
 const DRAWN: u64 = 6;
