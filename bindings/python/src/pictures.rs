@@ -24,7 +24,7 @@ pub(crate) fn make_picture<'py>(
     keywords.finish()?;
     check_files(py, [&request.avatar])?;
     let drawn = work::run(py, threads, move |observer| {
-        let rendering = request.open()?;
+        let rendering = request.open(observer)?;
         observer.check()?;
         let picture = rendering.pictures().next();
         picture.unwrap_or_else(|| Err(Failure::work("a picture has no frame")))
@@ -43,7 +43,7 @@ pub(crate) fn make_page<'py>(
     request.memory = keywords.memory()?;
     keywords.finish()?;
     check_files(py, request.inputs())?;
-    let page = work::run(py, None, move |_| request.make())?;
+    let page = work::run(py, None, move |observer| request.make(observer))?;
     Ok(PyBytes::new(py, &page.result))
 }
 

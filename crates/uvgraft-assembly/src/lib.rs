@@ -4,8 +4,8 @@
 //! |---|---|
 //! | [`AvatarRequest`] | an animated avatar and its coarser levels: GLB or VRM files in memory |
 //! | [`SelfieRequest`] | the texture and the shape of a head, and cameras, from photographs |
-//! | [`RenderRequest`] | pictures of a GLB, VRM or glTF file |
-//! | [`ViewRequest`] | a page that shows such a file in the browser |
+//! | [`RenderRequest`] | pictures of a GLB, VRM or glTF file, or of a mesh with a texture |
+//! | [`ViewRequest`] | a page that shows such a file or mesh in the browser |
 //!
 //! A request states what is read, as paths or as bytes in memory ([`Input`]), and how. It is checked
 //! before anything large is read. Its result is in memory: the caller decides what becomes a file. An
@@ -39,6 +39,7 @@ pub mod render;
 pub mod report;
 mod scene_memory;
 pub mod selfie;
+mod shown;
 pub mod skin;
 pub mod view;
 pub mod weights;

@@ -87,8 +87,26 @@ impl MeshFile {
         })
     }
 
+    /// Whether it is all of a GLB, VRM or glTF file. Pipes, which can be read only once, are taken for models.
+    ///
+    /// # Errors
+    /// As bad input for files that cannot be read.
+    pub(crate) fn is_model(&self) -> Result<bool> {
+        let format = match &self.file {
+            Input::Bytes { bytes, .. } => Format::detected(bytes),
+            Input::File(path) => {
+                let named = |reason| Failure::input(format!("{}: {reason}", path.display()));
+                match path.metadata().map_err(named)?.is_file() {
+                    true => Format::of(path).map_err(named)?,
+                    false => Format::Gltf,
+                }
+            }
+        };
+        Ok(self.selector.is_none() && format == Format::Gltf)
+    }
+
     /// The name of the file without its folder, with the selector.
-    fn name(&self) -> String {
+    pub fn name(&self) -> String {
         let path = self.file.name();
         let file = path.file_name().unwrap_or(path.as_os_str()).to_string_lossy();
         match &self.selector {

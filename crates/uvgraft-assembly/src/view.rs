@@ -1,26 +1,29 @@
-//! A page that shows an avatar in the browser.
+//! A page that shows an avatar or a mesh in the browser.
 
 use std::path::Path;
 
 use uvgraft_gltf::scene::{PoseRequest, Scene, whole_within};
 use uvgraft_io::image::{self, ImageError};
 use uvgraft_io::input::Input;
-use uvgraft_pipeline::{Blame, Failure, Result};
+use uvgraft_pipeline::{Blame, Failure, Observer, Result};
 use uvgraft_render::Bounds;
 use uvgraft_viewer::{Glb, LookAt, PAGE, Page, Picture, Template};
 
 use crate::render::Aim;
 use crate::scene_memory::Bound;
+use crate::shown::{self, Shown};
 
-/// A request for one HTML page that holds an avatar and a viewer, and works offline.
+/// A request for one HTML page that holds an avatar or a mesh and a viewer, and works offline.
 #[derive(Debug, Clone)]
 #[non_exhaustive]
 pub struct ViewRequest {
-    /// A GLB, VRM or glTF file of any origin. Compressed data and files beside it are decoded and
-    /// embedded into the page.
+    /// A GLB, VRM or glTF file of any origin, or a mesh, which a part of such a file is too (`me.glb#Head`).
+    /// Compressed data and files beside it are decoded and embedded into the page.
     pub avatar: Input,
-    /// Alternative textures to offer: PNG, JPEG or WebP. Pages hold their pictures without metadata, such as where
-    /// a photograph was taken.
+    /// Of a model: alternative textures to offer: PNG, JPEG or WebP. Pages hold their pictures without metadata,
+    /// such as where a photograph was taken.
+    ///
+    /// Of a mesh: its textures, of any format. The mesh is shown once with each, side by side.
     pub textures: Vec<Input>,
     /// Initial target of the camera; by default the whole model.
     pub look_at: Option<Aim>,
@@ -28,6 +31,9 @@ pub struct ViewRequest {
     /// take memory by its size, a gibibyte and 200 times as much.
     pub memory: Option<u64>,
 }
+
+/// Copies of a mesh in a page, each with a texture, that fit into a screen side by side.
+const MAX_TEXTURES: usize = 4;
 
 /// Browsers limit strings to about half a gigabyte, and base64 is a third longer than its input.
 const MAX_MODEL_BYTES: u64 = 256 << 20;
@@ -60,11 +66,34 @@ impl ViewRequest {
     /// # Errors
     /// As bad input for files that cannot be shown, for names that the file does not have, and in a
     /// build without a viewer.
-    pub fn make(&self) -> Result<Vec<u8>> {
+    pub fn make(&self, observer: &dyn Observer) -> Result<Vec<u8>> {
         let template = Template::new(template()?).or_work()?;
-        // Whole and uncompressed, so that the page needs neither files next to it nor decoders.
-        let bound = Bound::new(self.memory, 0);
-        let bytes = bound.loaded(whole_within(&self.avatar, bound.budget()))?;
+        match Shown::read(&self.avatar, !self.textures.is_empty(), observer)? {
+            Shown::Model(input) => {
+                // Whole and uncompressed, so that the page needs neither files next to it nor decoders.
+                let bound = Bound::new(self.memory, 0);
+                let bytes = bound.loaded(whole_within(&input, bound.budget()))?;
+                self.page(&template, &bytes, &self.textures)
+            }
+            Shown::Mesh { mesh, name } => {
+                if self.textures.len() > MAX_TEXTURES {
+                    let found = self.textures.len();
+                    return Err(Failure::option(format!(
+                        "`texture` must be given at most {MAX_TEXTURES} times for a mesh, got {found}"
+                    )));
+                }
+                let textures = self.textures.iter().map(|input| {
+                    Ok((file_name(input), shown::texture(input, self.memory, observer)?))
+                });
+                let bytes = shown::model(&mesh, &name, textures.collect::<Result<_>>()?)?;
+                self.page(&template, &bytes, &[])
+            }
+        }
+    }
+
+    /// - `bytes`: a GLB file.
+    /// - `others`: textures to offer.
+    fn page(&self, template: &Template<'_>, bytes: &[u8], others: &[Input]) -> Result<Vec<u8>> {
         if bytes.len() as u64 > MAX_MODEL_BYTES {
             let (name, found) = (&self.avatar, bytes.len());
             return Err(Failure::input(format!(
@@ -73,9 +102,8 @@ impl ViewRequest {
         }
         let in_model =
             |failure: Failure| failure.context(format_args!("cannot show {}", self.avatar));
-        let model = Glb::new(&bytes).or_input().map_err(in_model)?;
-        let files = self
-            .textures
+        let model = Glb::new(bytes).or_input().map_err(in_model)?;
+        let files = others
             .iter()
             .map(|input| {
                 let bytes = input.read(MAX_TEXTURE_BYTES).or_input();
@@ -87,7 +115,7 @@ impl ViewRequest {
         let decoded = files.iter().map(|(_, _, bytes)| decoded_bytes(bytes)).max().unwrap_or(0);
         let bound = Bound::new(self.memory, page_bytes as u64 + decoded);
         // What the renderer rejects, the viewer cannot show either.
-        let scene = bound.read(Scene::read_within(&bytes, bound.budget())).map_err(in_model)?;
+        let scene = bound.read(Scene::read_within(bytes, bound.budget())).map_err(in_model)?;
         let look_at = match &self.look_at {
             Some(Aim::Named(name)) => {
                 scene.extent(name, &PoseRequest::default()).or_input().map_err(in_model)?;
@@ -108,7 +136,7 @@ impl ViewRequest {
         let textures = textures.collect::<Result<Vec<_>>>()?;
         let page = Page { name: &file_name(&self.avatar), model, textures, look_at };
         let mut html = Vec::with_capacity(page_bytes);
-        page.write(&template, &mut html).or_work()?;
+        page.write(template, &mut html).or_work()?;
         Ok(html)
     }
 }

@@ -1,36 +1,41 @@
-//! `uvgraft view`: an avatar as one HTML file, opened in the browser.
+//! `uvgraft view`: an avatar or a mesh as one HTML file, opened in the browser.
 
 use std::io::{self, Write as _};
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
 use anyhow::Context;
+use uvgraft_assembly::mesh_file::MeshFile;
 use uvgraft_assembly::render::Aim;
 use uvgraft_assembly::{Input, ViewRequest};
 use uvgraft_io::output;
 use uvgraft_pipeline::{Outputs, parse_memory};
 
-use crate::failure::{bad_input, note};
+use crate::failure::{Notes, bad_input, note};
 use crate::terminal;
 
-/// Show a GLB, VRM or glTF file in the browser
+/// Show an avatar, or a mesh with a texture, in the browser
 ///
 /// Writes one HTML file that holds the avatar and the viewer, and opens it: orbit the camera, play
 /// animations, choose poses, expressions and textures, and save screenshots. The page works
 /// offline, without a server, and sends no data.
 #[derive(clap::Args)]
 pub(crate) struct Args {
-    /// GLB, VRM or glTF file
+    /// GLB, VRM or glTF file, or a mesh (OBJ, PLY, body model)
     ///
-    /// Compressed data and files beside the model are decoded and embedded into the page.
-    #[arg(value_name = "AVATAR")]
+    /// A part of a file, such as avatar.glb#Head, is shown alone, as a mesh. Compressed data and files beside
+    /// a model are decoded and embedded into the page.
+    #[arg(value_name = "AVATAR|MESH[#PART]")]
     model: PathBuf,
     /// HTML file to write [default: beside the avatar]
     #[arg(short, long, value_name = "OUT.html")]
     output: Option<PathBuf>,
-    /// Alternative texture to offer in the viewer (PNG, JPEG or WebP); repeatable
-    #[arg(long = "texture", value_name = "FILE")]
-    textures: Vec<PathBuf>,
+    /// Texture of a mesh, or another one to offer for an avatar; repeatable
+    ///
+    /// A mesh is shown once for each texture, side by side, at most four times. The viewer offers the textures of
+    /// an avatar to choose from; these must be PNG, JPEG or WebP files.
+    #[arg(short, long, value_name = "IMAGE")]
+    texture: Vec<PathBuf>,
     /// Initial target of the camera
     ///
     /// A bone by its VRM name (leftHand), any node by its name, or a box given by two corners in
@@ -50,10 +55,10 @@ pub(crate) struct Args {
 pub(crate) fn run(args: &Args) -> anyhow::Result<ExitCode> {
     let mut request = ViewRequest::new(&args.model);
     request.check()?;
-    request.textures = args.textures.iter().map(Into::into).collect();
+    request.textures = args.texture.iter().map(Into::into).collect();
     request.look_at.clone_from(&args.look_at);
     request.memory = args.memory;
-    let output = args.output.clone().unwrap_or_else(|| args.model.with_extension("html"));
+    let output = args.output.clone().unwrap_or_else(|| page_beside(&args.model));
     if !output.extension().is_some_and(|ending| {
         ["html", "htm"].iter().any(|wanted| ending.eq_ignore_ascii_case(wanted))
     }) {
@@ -61,7 +66,7 @@ pub(crate) fn run(args: &Args) -> anyhow::Result<ExitCode> {
         return Err(bad_input(format!("{name}: extension must be .html")));
     }
     Outputs::new(request.inputs().filter_map(Input::path)).check(&output)?;
-    let page = request.make()?;
+    let page = request.make(&Notes)?;
     output::write_atomically::<io::Error>(&output, |out| out.write_all(&page))
         .with_context(|| format!("cannot write {}", output.display()))?;
 
@@ -75,6 +80,17 @@ pub(crate) fn run(args: &Args) -> anyhow::Result<ExitCode> {
         }
     }
     Ok(ExitCode::SUCCESS)
+}
+
+/// The page of a model or mesh, beside its file; that of a part has the part's name.
+fn page_beside(model: &Path) -> PathBuf {
+    let given = MeshFile::parse(&model.into());
+    match given.file.path() {
+        Some(path) if path != model => {
+            path.with_file_name(given.name().replace(['#', '/', '\\', ':'], "_") + ".html")
+        }
+        _ => model.with_extension("html"),
+    }
 }
 
 /// Whether there is a display, and someone to look at it.

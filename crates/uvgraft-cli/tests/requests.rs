@@ -130,11 +130,11 @@ fn renders() {
     request.size = Size::new(64, 96);
     request.clip = Some("walk".to_owned());
     request.frame = Some(0.3);
-    let rendering = request.open().unwrap();
+    let rendering = request.open(&()).unwrap();
     let pictures: Vec<_> = rendering.pictures().map(Result::unwrap).collect();
     assert_eq!(pictures, [wanted]);
     request.zoom = 0.0;
-    let failure = request.open().map(drop).unwrap_err().to_string();
+    let failure = request.open(&()).map(drop).unwrap_err().to_string();
     assert_eq!(failure, "`zoom` must be 0.1 to 50, got 0");
 }
 

@@ -92,12 +92,16 @@ impl Renderer {
     ///
     /// - `materials`: refer to `textures` by index.
     pub fn new(materials: &[Material], textures: &[Texture]) -> Self {
+        Self::of(materials, &textures.iter().collect::<Vec<_>>())
+    }
+
+    fn of(materials: &[Material], textures: &[&Texture]) -> Self {
         let mut needed = Needed::default();
         let surface = |material| Surface::new(material, textures.len(), &mut needed);
         let surfaces = materials.iter().map(surface).collect();
         let mipmap = |(texture, role): (usize, Role)| match role {
-            Role::Color => Mipmap::new(&textures[texture]),
-            Role::Data => Mipmap::of_data(&textures[texture]),
+            Role::Color => Mipmap::new(textures[texture]),
+            Role::Data => Mipmap::of_data(textures[texture]),
         };
         Self { surfaces, mipmaps: needed.0.into_iter().map(mipmap).collect() }
     }
@@ -105,6 +109,16 @@ impl Renderer {
     /// A renderer for the materials and textures of a scene.
     pub fn for_scene(scene: &Scene) -> Self {
         Self::new(scene.materials(), scene.textures())
+    }
+
+    /// The same with another texture, 8-bit sRGB, in place of one of the scene's.
+    ///
+    /// # Panics
+    /// If the scene has no texture of that index.
+    pub fn with_texture(scene: &Scene, index: usize, texture: &Texture) -> Self {
+        let mut textures: Vec<&Texture> = scene.textures().iter().collect();
+        textures[index] = texture;
+        Self::of(scene.materials(), &textures)
     }
 
     /// Renders a picture as 8-bit sRGB, with an alpha channel if the background is transparent.

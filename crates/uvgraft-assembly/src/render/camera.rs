@@ -133,9 +133,13 @@ fn beside(joint: [f32; 3], body: &Bounds) -> Bounds {
 fn is_head(p: [f32; 3], joint: Option<[f32; 3]>, body: &Bounds) -> bool {
     /// No body is that small, and no head that tall.
     const BUST_M: f32 = 0.6;
+    /// Nor that deep, in shares of the height, in whatever unit: FLAME's head has 0.8, a bust with shoulders 0.5,
+    /// SMPL-X and the figure 0.2.
+    const BUST_DEPTH: f32 = 0.4;
     let height = body.high[1] - body.low[1];
     let Some(joint) = joint else {
-        return height < BUST_M || p[1] > body.high[1] - height / 7.0;
+        let is_bust = height < BUST_M || body.high[2] - body.low[2] > BUST_DEPTH * height;
+        return is_bust || p[1] > body.high[1] - height / 7.0;
     };
     let beside = (p[0] - joint[0]).hypot(p[2] - joint[2]);
     // Heads are about a seventh of a body; a model of a head alone is all head.

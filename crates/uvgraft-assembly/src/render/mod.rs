@@ -1,13 +1,17 @@
-//! Pictures of GLB, VRM and glTF files: one, or one for each frame of an animation.
+//! Pictures of GLB, VRM and glTF files and of meshes: one, or one for each frame of an animation.
 
 mod camera;
 mod frames;
+mod panels;
 mod parse;
 
+use std::collections::BTreeMap;
+
+use uvgraft::listing::listed;
 use uvgraft::{Size, Texture};
-use uvgraft_gltf::scene::{NamedPose, PosedPrimitive, Scene};
+use uvgraft_gltf::scene::{NamedPose, PoseRequest, PosedPrimitive, Scene};
 use uvgraft_io::input::Input;
-use uvgraft_pipeline::{Blame, Failure, Result};
+use uvgraft_pipeline::{Blame, Failure, Observer, Result};
 use uvgraft_render::{Background, Perspective, RenderOptions, Renderer};
 
 use self::camera::Cameras;
@@ -16,14 +20,17 @@ use self::frames::Frame;
 pub use self::frames::MAX_FRAMES;
 pub use self::parse::{parse_background, parse_expression, parse_number};
 use crate::scene_memory::Bound;
+use crate::shown::{self, Shown};
 
-/// A request for pictures of a GLB, VRM or glTF file of any origin.
+/// A request for pictures of a GLB, VRM or glTF file of any origin, or of a mesh.
 #[derive(Debug, Clone)]
 #[non_exhaustive]
 pub struct RenderRequest {
-    /// The file.
+    /// The file: a model, a mesh, or a part of a file such as `me.glb#Head`, which is shown as a mesh.
     pub avatar: Input,
-    /// Size of the pictures in pixels, at most 4096 a side.
+    /// Textures to show on it in place of its own, at most two: each in a picture of its own, side by side.
+    pub textures: Vec<Input>,
+    /// Size of the picture for each texture in pixels, at most 4096 a side.
     pub size: Size,
     /// What fills the picture.
     pub aim: Aim,
@@ -72,6 +79,9 @@ pub enum PoseOption {
     Bone(String, [f32; 3]),
 }
 
+/// Textures that are shown side by side.
+const MAX_TEXTURES: usize = 2;
+
 /// Longest side in pixels.
 const MAX_SIDE: u32 = 4096;
 
@@ -85,6 +95,7 @@ impl RenderRequest {
     pub fn new(avatar: impl Into<Input>) -> Self {
         Self {
             avatar: avatar.into(),
+            textures: Vec::new(),
             size: Size::new(768, 1024),
             aim: Aim::Shot(Shot::Body),
             azimuth: 20.0,
@@ -106,14 +117,33 @@ impl RenderRequest {
         }
     }
 
+    /// All inputs.
+    pub fn inputs(&self) -> impl Iterator<Item = &Input> {
+        [&self.avatar].into_iter().chain(&self.textures)
+    }
+
+    /// Size of a frame in pixels: as wide as all pictures side by side.
+    pub fn frame_size(&self) -> Size {
+        panels::size(self.size, self.textures.len())
+    }
+
     /// Reads the file and finds the cameras of all frames.
     ///
     /// # Errors
     /// As bad input for a file that cannot be drawn, and for values outside of their ranges.
-    pub fn open(&self) -> Result<Rendering> {
+    pub fn open(&self, observer: &dyn Observer) -> Result<Rendering> {
         self.check()?;
-        let bound = Bound::new(self.memory, PICTURE + self.size.texels() as u64 * PIXEL);
-        let scene = bound.loaded(Scene::load_within(&self.avatar, bound.budget()))?;
+        let textures = self.textures.iter();
+        let textures = textures.map(|it| shown::texture(it, self.memory, observer));
+        let textures = textures.collect::<Result<Vec<_>>>()?;
+        let bound = Bound::new(self.memory, PICTURE + self.frame_size().texels() as u64 * PIXEL);
+        let scene = match Shown::read(&self.avatar, !textures.is_empty(), observer)? {
+            Shown::Model(input) => bound.loaded(Scene::load_within(&input, bound.budget()))?,
+            Shown::Mesh { mesh, name } => {
+                let model = shown::model(&mesh, &name, Vec::new())?;
+                bound.read(Scene::read_within(&model, bound.budget()))?
+            }
+        };
         let name = &self.avatar;
         if scene.triangles() == 0 {
             return Err(Failure::input(format!("{name}: no triangles to draw")));
@@ -135,7 +165,12 @@ impl RenderRequest {
         let has_floor = self.floor && self.aim.shows_floor() && !is_cut_out;
         let floor = has_floor.then_some(cameras.lowest());
         let options = RenderOptions { lit: !self.unlit, background, floor, ..Default::default() };
-        Ok(Rendering { name: name.to_string(), scene, frames, views, options, size: self.size })
+        let renderers = match textures.is_empty() {
+            true => vec![Renderer::for_scene(&scene)],
+            false => dressed(&scene, &textures).map_err(named)?,
+        };
+        let (name, size) = (name.to_string(), self.size);
+        Ok(Rendering { name, scene, renderers, frames, views, options, size })
     }
 
     /// The background, with its default.
@@ -154,6 +189,12 @@ impl RenderRequest {
     }
 
     fn check(&self) -> Result<()> {
+        if self.textures.len() > MAX_TEXTURES {
+            let found = self.textures.len();
+            return Err(Failure::option(format!(
+                "`texture` must be given at most {MAX_TEXTURES} times, for before and after, got {found}"
+            )));
+        }
         if self.size.width.max(self.size.height) > MAX_SIDE {
             let found = self.size;
             return Err(Failure::option(format!(
@@ -212,10 +253,32 @@ impl RenderRequest {
     }
 }
 
+/// Renderers of a scene, each with another texture in place of the scene's.
+fn dressed(scene: &Scene, textures: &[Texture]) -> Result<Vec<Renderer>> {
+    let drawn = scene.pose(&PoseRequest::default()).or_work()?;
+    let materials = drawn.iter().map(|primitive| &scene.materials()[primitive.material]);
+    let replaced: BTreeMap<usize, &str> =
+        materials.filter_map(|it| Some((it.texture?.index, &*it.name))).collect();
+    let Some((&index, _)) = replaced.first_key_value() else {
+        return Err(Failure::input("has no colour texture that `texture` could replace"));
+    };
+    if replaced.len() > 1 {
+        let names = listed(replaced.values().map(|name| format!("{name:?}")));
+        return Err(Failure::input(format!(
+            "has {} colour textures, of the materials {names}, and `texture` would replace one: add \
+             `#` and a node, mesh or material to its name, which is then shown alone",
+            replaced.len()
+        )));
+    }
+    Ok(textures.iter().map(|texture| Renderer::with_texture(scene, index, texture)).collect())
+}
+
 /// A model whose frames can be drawn, in any order.
 pub struct Rendering {
     name: String,
     scene: Scene,
+    /// One for each picture of a frame.
+    renderers: Vec<Renderer>,
     frames: Vec<Frame>,
     views: Vec<Perspective>,
     options: RenderOptions,
@@ -238,12 +301,13 @@ impl Rendering {
 
     /// Draws frames: 8-bit sRGB, with opacity if the background is transparent.
     pub fn pictures(&self) -> impl Iterator<Item = Result<Texture>> {
-        let renderer = Renderer::for_scene(&self.scene);
-        self.frames.iter().zip(&self.views).map(move |(frame, view)| {
+        self.frames.iter().zip(&self.views).map(|(frame, view)| {
             let drawn = self.scene.pose(&frame.posing).or_work();
             let drawn: Vec<PosedPrimitive> =
                 drawn.map_err(|failure| failure.context(&self.name))?;
-            Ok(renderer.render(&drawn, view, &self.options, self.size))
+            let renderers = self.renderers.iter();
+            let panels = renderers.map(|it| it.render(&drawn, view, &self.options, self.size));
+            panels::joined(panels.collect())
         })
     }
 }

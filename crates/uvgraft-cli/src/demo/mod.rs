@@ -216,7 +216,7 @@ impl AnimatedFigure {
         if PAGE.is_none() {
             return Ok(outputs);
         }
-        let page = ViewRequest::new(Input::bytes("avatar.glb", &*files.glb)).make()?;
+        let page = ViewRequest::new(Input::bytes("avatar.glb", &*files.glb)).make(&())?;
         outputs.file("avatar.html", "avatar in a viewer for the browser", |path| bytes(path, &page))
     }
 }

@@ -15,24 +15,32 @@ use uvgraft_render::Background;
 use self::options::Weight;
 use self::output::Output;
 use crate::choice::choice;
-use crate::failure::bad_input;
+use crate::failure::{Notes, bad_input};
 use crate::heading;
 use crate::report::parse_size;
 use crate::terminal;
 
-/// Render a GLB, VRM or glTF file as an image or an animation
+/// Render an avatar, or a mesh with a texture, as an image or an animation
 ///
-/// The extension of the output selects the format: .png, .jpg, .webp, .tif, .exr or .gif. An animation
+/// Shows GLB, VRM and glTF files with all that they have, and meshes (OBJ, PLY, body models, parts of
+/// models) with --texture. The extension of the output selects the format: .png, .jpg, .webp, .tif, .exr or .gif. An animation
 /// (--turntable, --motion) is written as a GIF, an animated WebP, or one numbered file per frame.
 #[derive(clap::Args)]
 pub(crate) struct Args {
-    /// GLB, VRM or glTF file
-    #[arg(value_name = "AVATAR")]
+    /// GLB, VRM or glTF file, or a mesh (OBJ, PLY, body model)
+    ///
+    /// A part of a file, such as avatar.glb#Head, is shown alone, as a mesh.
+    #[arg(value_name = "AVATAR|MESH[#PART]")]
     input: PathBuf,
+    /// Texture to show; two are shown side by side, as before and after
+    ///
+    /// On a mesh, or in place of the colour texture of a model that has one.
+    #[arg(short, long, value_name = "IMAGE", help_heading = heading::FILES)]
+    texture: Vec<PathBuf>,
     /// Image or animation to write
     #[arg(short, long, value_name = "OUT", help_heading = heading::FILES)]
     output: PathBuf,
-    /// Size in pixels, at most 4096 a side
+    /// Size in pixels of the picture for each texture, at most 4096 a side
     #[arg(long, default_value = "768x1024", value_name = "N|WxH", value_parser = parse_size, allow_negative_numbers = true)]
     #[arg(help_heading = heading::FILES)]
     size: Size,
@@ -124,7 +132,7 @@ pub(crate) fn run(args: &Args) -> anyhow::Result<ExitCode> {
         ));
     }
     let request = args.request();
-    let rendering = request.open()?;
+    let rendering = request.open(&Notes)?;
     let output = Output::new(&args.output, &request, rendering.frames())?;
     output.write(&rendering)?;
     if args.print_camera {
@@ -137,6 +145,7 @@ impl Args {
     /// The pictures that the options describe.
     fn request(&self) -> RenderRequest {
         let mut request = RenderRequest::new(&self.input);
+        request.textures = self.texture.iter().map(Into::into).collect();
         request.size = self.size;
         request.aim = self.look_at.clone().unwrap_or(Aim::Shot(self.camera));
         request.azimuth = self.azimuth;

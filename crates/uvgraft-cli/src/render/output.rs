@@ -4,8 +4,8 @@ use std::path::{Path, PathBuf};
 
 use anyhow::Context;
 use uvgraft::Texture;
-use uvgraft_assembly::RenderRequest;
 use uvgraft_assembly::render::Rendering;
+use uvgraft_assembly::{Input, RenderRequest};
 use uvgraft_io::image::animation::{AnimationError, write_gif, write_webp};
 use uvgraft_io::image::{self, Format, Image, WriteOptions};
 use uvgraft_io::output::write_atomically;
@@ -36,7 +36,7 @@ enum OutputFormat {
 impl Output {
     /// - `frames`: number of pictures.
     pub(super) fn new(path: &Path, request: &RenderRequest, frames: usize) -> anyhow::Result<Self> {
-        let (name, size) = (path.display(), request.size);
+        let (name, size) = (path.display(), request.frame_size());
         let is_gif = is_gif(path);
         let format = Format::from_path(path);
         let transparent = request.background() == Background::Transparent;
@@ -77,7 +77,7 @@ impl Output {
             }
             _ => vec![path.to_path_buf()],
         };
-        let mut outputs = Outputs::new(request.avatar.path());
+        let mut outputs = Outputs::new(request.inputs().filter_map(Input::path));
         for path in &paths {
             outputs.check(path)?;
         }

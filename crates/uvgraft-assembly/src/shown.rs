@@ -1,0 +1,213 @@
+//! What pictures and pages show: a model as its file has it, or a mesh, which becomes a model.
+
+use uvgraft::listing::listed;
+use uvgraft::{Channels, Depth, Encoding, Mesh, Size, Texels, Texture};
+use uvgraft_avatar::Avatar;
+use uvgraft_avatar::rig::{Joint, Skeleton, Skin};
+use uvgraft_gltf::glb::{self, AvatarMaterial, Export, Picture, PictureFormat};
+use uvgraft_io::image;
+use uvgraft_io::input::Input;
+use uvgraft_pipeline::{Blame, Failure, Observer, Result, memory_taken, without_non_finite};
+
+use crate::mesh_file::{self, MeshFile};
+use crate::report::grouped;
+
+/// Colour of meshes without a texture: a grey in which shading shows well.
+const GREY: u8 = 180;
+
+/// Distance of meshes side by side, as a share of their width.
+const GAP: f32 = 0.1;
+
+/// A model or a mesh.
+pub(crate) enum Shown {
+    /// A GLB, VRM or glTF file, shown with all that it has.
+    Model(Input),
+    /// A mesh of any file, or a part of a model, which has positions and UV coordinates alone.
+    Mesh { mesh: Mesh, name: String },
+}
+
+impl Shown {
+    /// Reads a mesh; models are only recognised. Notes what of a mesh is not shown as one would expect.
+    ///
+    /// - `is_textured`: whether a texture will be shown on it.
+    ///
+    /// # Errors
+    /// As bad input for files that are neither, and for parts that do not exist.
+    pub fn read(given: &Input, is_textured: bool, observer: &dyn Observer) -> Result<Self> {
+        if MeshFile::parse(given).is_model()? {
+            return Ok(Self::Model(given.clone()));
+        }
+        let loaded = mesh_file::read_noting(given, observer)?;
+        let (mesh, name) = (loaded.mesh, loaded.name);
+        if is_textured {
+            note_tiles(&mesh, &name, observer);
+        } else {
+            observer.note(format_args!("{name}: shown in grey; `texture` shows a texture on it"));
+        }
+        Ok(Self::Mesh { mesh, name })
+    }
+}
+
+/// Reads a texture to show: 8-bit sRGB.
+///
+/// - `memory`: bound on its decoding, in bytes.
+///
+/// # Errors
+/// As bad input for files that are not images or exceed the bound.
+pub(crate) fn texture(
+    input: &Input,
+    memory: Option<u64>,
+    observer: &dyn Observer,
+) -> Result<Texture> {
+    let opened = image::open(input).or_input()?;
+    let needed = opened.header().decoding_bytes.saturating_add(memory_taken());
+    if let Some(memory) = memory.filter(|&memory| needed > memory) {
+        let [needed, allowed] = [needed.div_ceil(1 << 20), memory >> 20];
+        return Err(Failure::option(format!(
+            "{input}: decoding it takes {needed} MiB of memory, but `memory` allows {allowed}; if \
+             that is right, add `memory` {needed}M"
+        )));
+    }
+    let texture = opened.decode().or_input()?.texture;
+    let (texture, unknown) = without_non_finite(texture, input.name());
+    unknown.iter().for_each(|unknown| observer.warn(unknown));
+    let texture = texture.encoded_as(Encoding::Srgb);
+    let channels = texture.channels();
+    Ok(texture.converted(channels, Depth::U8))
+}
+
+/// Notes where a texture of the unit square is shown a second time.
+fn note_tiles(mesh: &Mesh, name: &str, observer: &dyn Observer) {
+    let faces = || (0..mesh.faces().len()).filter(|&face| mesh.is_outside(face));
+    let count = faces().count();
+    if count == 0 {
+        return;
+    }
+    let mut tiles: Vec<_> = faces().filter_map(|face| mesh.tile(face)).collect();
+    tiles.sort_unstable();
+    tiles.dedup();
+    let triangles = if count == 1 { "triangle has" } else { "triangles have" };
+    let numbers =
+        if tiles.is_empty() { String::new() } else { format!(" (tiles {})", listed(tiles)) };
+    observer.note(format_args!(
+        "{name}: {} {triangles} UV coordinates outside the unit square{numbers}, where the texture \
+         repeats",
+        grouped(count)
+    ));
+}
+
+/// A mesh as a model: a GLB file with one copy of the mesh for each texture, side by side.
+///
+/// - `textures`: with their names; without any, the mesh is grey.
+///
+/// # Errors
+/// For meshes that a file cannot hold.
+pub(crate) fn model(mesh: &Mesh, name: &str, textures: Vec<(String, Texture)>) -> Result<Vec<u8>> {
+    let textures = match textures.is_empty() {
+        true => vec![(name.to_owned(), plain(GREY)?)],
+        false => textures,
+    };
+    let copies = textures.len();
+    let materials = textures
+        .into_iter()
+        .map(|(name, texture)| {
+            let color = Picture::encode(texture, PictureFormat::Png, 100).or_work()?;
+            Ok(AvatarMaterial { name, double_sided: true, ..AvatarMaterial::new(color) })
+        })
+        .collect::<Result<Vec<_>>>()?;
+    let faces = mesh.faces().len();
+    let mesh = beside_each_other(mesh, copies)?;
+    let joint = Joint { name: "mesh".to_owned(), parent: None, position: [0.0; 3], human: None };
+    let vertices = mesh.positions().len();
+    let avatar = Avatar {
+        materials: (0..copies as u8).flat_map(|copy| std::iter::repeat_n(copy, faces)).collect(),
+        skeleton: Skeleton::new(vec![joint]).or_work()?,
+        skin: Skin::new((0..vertices).map(|_| [(0, 1.0)]), 1).or_work()?,
+        mesh,
+        morphs: Vec::new(),
+        expressions: Vec::new(),
+        clips: Vec::new(),
+    };
+    let export = Export { name: name.to_owned(), ..Export::default() };
+    Ok(glb::write(&avatar, &materials, &export).or_work()?.bytes)
+}
+
+/// A texture of one grey.
+fn plain(value: u8) -> Result<Texture> {
+    let texels = Texels::U8(vec![value; 3]);
+    Texture::new(Size::square(1), Channels::Rgb, Encoding::Srgb, texels).or_work()
+}
+
+/// Copies of a mesh from left to right, as seen from the front.
+fn beside_each_other(mesh: &Mesh, copies: usize) -> Result<Mesh> {
+    let used = || mesh.faces().iter().flatten().map(|&vertex| mesh.positions()[vertex as usize][0]);
+    let width = used().fold(f32::MIN, f32::max) - used().fold(f32::MAX, f32::min);
+    let count = mesh.positions().len() as u32;
+    let (mut positions, mut faces, mut uv_faces) = (Vec::new(), Vec::new(), Vec::new());
+    for copy in 0..copies as u32 {
+        let shift = width * (1.0 + GAP) * (copy as f32 - (copies as f32 - 1.0) / 2.0);
+        positions.extend(mesh.positions().iter().map(|&[x, y, z]| [x + shift, y, z]));
+        faces.extend(mesh.faces().iter().map(|face| face.map(|vertex| vertex + copy * count)));
+        uv_faces.extend_from_slice(mesh.uv_faces());
+    }
+    Mesh::from_triangles(positions, mesh.uv().to_vec(), &faces, &uv_faces).or_work()
+}
+
+#[cfg(test)]
+mod tests {
+    use std::sync::Mutex;
+
+    use uvgraft_gltf::scene::{PoseRequest, Scene};
+    use uvgraft_pipeline::Event;
+
+    use super::*;
+
+    const SQUARES: &str = "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nvt 0 0\nvt 1 0\nvt 1 1\nvt 0 1\n\
+                           vt 2 0\nvt 2 1\nf 1/1 2/2 3/3 4/4\no eye\nf 1/2 2/5 3/6 4/3\n";
+
+    #[derive(Default)]
+    struct Told(Mutex<Vec<String>>);
+
+    impl Observer for Told {
+        fn event(&self, event: Event<'_>) {
+            if let Event::Note(text) = event {
+                self.0.lock().unwrap().push(text.to_owned());
+            }
+        }
+    }
+
+    fn read(name: &str, is_textured: bool) -> (Shown, Vec<String>) {
+        let told = Told::default();
+        let shown =
+            Shown::read(&Input::bytes(name, SQUARES.as_bytes()), is_textured, &told).unwrap();
+        (shown, told.0.into_inner().unwrap())
+    }
+
+    #[test]
+    fn copies_stand_side_by_side_each_with_its_texture() {
+        let (Shown::Mesh { mesh, name }, _) = read("a.obj", true) else { panic!("a mesh") };
+        let textures = [10, 200].map(|value| (format!("{value}.png"), plain(value).unwrap()));
+        let file = model(&mesh, &name, textures.to_vec()).unwrap();
+        let scene = Scene::read(&file).unwrap();
+        let drawn = scene.pose(&PoseRequest::default()).unwrap();
+        let span = |index: usize| {
+            let x = || drawn[index].positions.iter().map(|position| position[0]);
+            [x().fold(f32::MAX, f32::min), x().fold(f32::MIN, f32::max)]
+        };
+        assert_eq!([span(0), span(1)], [[-0.55 - 0.5 + 0.5, 0.45], [0.55, 1.55]]);
+        let names: Vec<_> = drawn.iter().map(|it| &*scene.materials()[it.material].name).collect();
+        assert_eq!(names, ["10.png", "200.png"]);
+        let colors: Vec<_> = scene.textures().iter().map(|it| it.texels().clone()).collect();
+        assert_eq!(colors, [10, 200].map(|value| Texels::U8(vec![value; 3])));
+    }
+
+    #[test]
+    fn what_is_not_shown_as_expected_is_noted() {
+        let (_, told) = read("a.obj", false);
+        assert_eq!(told, ["a.obj: shown in grey; `texture` shows a texture on it"]);
+        let (_, told) = read("a.obj", true);
+        let wanted = "a.obj: 2 triangles have UV coordinates outside the unit square (tiles 1002), \
+                      where the texture repeats";
+        assert_eq!(told, [wanted]);
+    }
+}
