@@ -12,6 +12,7 @@ use uvgraft::mesh::MeshPart;
 use uvgraft_gltf::scene::{MeshChoice, SceneMeshError, load_mesh, read_mesh};
 use uvgraft_io::input::{Input, ReadError};
 use uvgraft_io::obj::ObjError;
+use uvgraft_io::pair_file::{self, PairFile};
 use uvgraft_io::textured::{TexturedMesh, WithoutUv};
 use uvgraft_io::{arrays, model_mesh, obj, ply};
 use uvgraft_pipeline::{Blame, Failure, Observer, Result};
@@ -156,7 +157,8 @@ pub(crate) fn read_noting(given: &Input, observer: &dyn Observer) -> Result<Load
 }
 
 /// Reads a mesh whose format is detected from its content: OBJ, PLY, GLB (or VRM), glTF with its
-/// external buffers, or a body model with UV coordinates (NPZ, pickle). Polygons without UV
+/// external buffers, a body model with UV coordinates (NPZ, pickle), or the target of a pair file (its source
+/// with `#source`). Polygons without UV
 /// coordinates are left out, as long as there are others: see [`LoadedMesh::without_uv`].
 ///
 /// - `given`: a file, optionally with a selector: `FILE#SET`, `FILE#NAME` or `FILE#NAME/SET`.
@@ -183,6 +185,9 @@ fn load(file: &MeshFile) -> Result<TexturedMesh> {
         Format::Gltf => load_mesh(path, &file.choice())
             .map_err(|error| told(error, |reason| with_hint(reason, file))),
         Format::Ply => part(ply::read(path).or_input()?),
+        Format::Pair => {
+            side(pair_file::read(path).or_input()?, file).map_err(|it| it.context(&file.file))
+        }
         Format::Model if file.is_head() => model_mesh::read_head(path).or_input().map(whole),
         Format::Model => part(whole(model_mesh::read(path).or_input()?)),
         Format::Obj => part(obj::read_textured(path).map_err(|error| told(error, foreign))?),
@@ -216,6 +221,7 @@ fn parsed(bytes: &[u8], file: &MeshFile) -> Result<TexturedMesh> {
         Format::Gltf => read_mesh(bytes, &file.choice())
             .map_err(|error| Failure::input(with_hint(&error, file))),
         Format::Ply => part(ply::parse(bytes).or_input()?, file),
+        Format::Pair => side(pair_file::decode(bytes).or_input()?, file),
         Format::Obj => {
             let found = obj::parse_textured(bytes);
             part(found.map_err(|error| Failure::input(foreign(&error)))?, file)
@@ -236,6 +242,8 @@ enum Format {
     Ply,
     Gltf,
     Model,
+    /// A pair file, which has two meshes.
+    Pair,
 }
 
 impl Format {
@@ -251,6 +259,7 @@ impl Format {
         match start {
             [b'g', b'l', b'T', b'F', ..] => Self::Gltf,
             _ if ply::is_ply(start) => Self::Ply,
+            _ if pair_file::is_pair_file(start) => Self::Pair,
             // A ZIP archive, a single array, and how pickles of a dict begin.
             [b'P', b'K', 3 | 5, ..] | [0x93, b'N', b'U', ..] | [0x80, ..] => Self::Model,
             [b'(', b'd', ..] | [b'}', b'q' | 0x94 | b'(' | b'.', ..] => Self::Model,
@@ -258,6 +267,21 @@ impl Format {
             _ => Self::Obj,
         }
     }
+}
+
+/// The target of a pair, or the selected side.
+fn side(pair: PairFile, file: &MeshFile) -> Result<TexturedMesh> {
+    let mesh = match file.selector.as_deref() {
+        None | Some("target") => pair.pair.target(),
+        Some("source") => pair.pair.source(),
+        Some(other) => {
+            let other = shortened(other);
+            return Err(Failure::input(format!(
+                "the side of a pair must be source or target, got {other:?}"
+            )));
+        }
+    };
+    Ok(whole(mesh.clone()))
 }
 
 /// What the user can select where a UV set is missing.
@@ -398,7 +422,9 @@ mod tests {
 
     #[test]
     fn formats_are_detected_from_the_content() {
-        let cases: [(&[u8], Format); 14] = [
+        let cases: [(&[u8], Format); 16] = [
+            (b"\x07\x01\0\0\0\0\0\0{\"__", Format::Pair),
+            (b"{\"a\": 1}", Format::Gltf),
             (b"glTF\x02\0\0\0", Format::Gltf),
             (b"\xef\xbb\xbf \n{", Format::Gltf),
             (b"ply\r\nformat", Format::Ply),

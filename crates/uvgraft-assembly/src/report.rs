@@ -3,13 +3,17 @@
 use std::borrow::Cow;
 use std::fmt::{self, Display, Write as _};
 
+use serde::Serialize;
+
 /// Lines of figures, each with a name, and possibly a text below them.
 ///
 /// [`Display`] aligns the figures. Control characters, which may come from names in files, are shown
 /// as escapes.
-#[derive(Debug, Clone, PartialEq, Eq, Default)]
+#[derive(Debug, Clone, PartialEq, Eq, Default, Serialize)]
 pub struct Report {
+    #[serde(rename = "figures")]
     rows: Vec<(String, String)>,
+    #[serde(skip_serializing_if = "String::is_empty")]
     below: String,
 }
 

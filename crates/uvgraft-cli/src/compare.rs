@@ -16,7 +16,7 @@ use crate::heatmap;
 use crate::memory::{self, MemoryOption};
 use crate::opacity::warn_unless_opaque;
 use crate::scores::{Judge, MetricsOption, Region, Scores};
-use crate::terminal;
+use crate::{outcome, terminal};
 use uvgraft_assembly::drawing::check_name;
 
 /// Compare two textures of the same size
@@ -44,11 +44,6 @@ pub(crate) struct Args {
     heatmap: Option<PathBuf>,
     #[command(flatten)]
     memory: MemoryOption,
-    /// Print the scores as JSON
-    ///
-    /// Each score is a number, "inf", or {"unavailable": reason}.
-    #[arg(long)]
-    json: bool,
 }
 
 pub(crate) fn run(args: &Args) -> anyhow::Result<ExitCode> {
@@ -75,6 +70,7 @@ pub(crate) fn run(args: &Args) -> anyhow::Result<ExitCode> {
         let title =
             format!("{} against {}", terminal::file_name(&args.a), terminal::file_name(&args.b));
         heatmap::write(&a, &b, &regions, &title, path)?;
+        outcome::wrote(path);
     }
     print(args, a.size(), &scores)
 }
@@ -153,12 +149,10 @@ struct Document<'a> {
 }
 
 fn print(args: &Args, size: Size, scores: &Scores) -> anyhow::Result<ExitCode> {
-    if args.json {
-        let [a, b] = [&args.a, &args.b].map(|path| path.display().to_string());
-        terminal::print_json(&Document { a, b, size, regions: scores })?;
-    } else {
+    let [a, b] = [&args.a, &args.b].map(|path| path.display().to_string());
+    outcome::report(&Document { a, b, size, regions: scores }, || {
         let [a, b] = [&args.a, &args.b].map(|path| terminal::path(path));
-        terminal::print(&format!("{a} and {b}, {size} texels\n\n{}", scores.table()))?;
-    }
+        format!("{a} and {b}, {size} texels\n\n{}", scores.table())
+    })?;
     Ok(ExitCode::SUCCESS)
 }

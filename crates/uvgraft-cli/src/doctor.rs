@@ -13,7 +13,7 @@ use uvgraft_io::pair_file;
 use uvgraft_metrics::lpips::LpipsNetwork;
 
 use crate::failure::{OrBadInput, bad_input};
-use crate::{terminal, version, weights};
+use crate::{outcome, terminal, version, weights};
 
 /// Show the version, the environment and the licences of files
 ///
@@ -25,9 +25,11 @@ pub(crate) struct Args {
     /// Pairs, body models and avatars whose licences to show
     #[arg(value_name = "FILE")]
     files: Vec<PathBuf>,
-    /// Print the report as JSON
-    #[arg(long)]
-    json: bool,
+}
+
+#[derive(Serialize)]
+struct Document<'a> {
+    rows: &'a [Row],
 }
 
 /// A row of the report.
@@ -56,15 +58,13 @@ pub(crate) fn run(args: &Args) -> anyhow::Result<ExitCode> {
     for file in &args.files {
         row(&file.display().to_string(), terms(file)?);
     }
-    if args.json {
-        terminal::print_json(&rows)?;
-    } else {
+    outcome::report(&Document { rows: &rows }, || {
         let mut text = String::new();
         for Row { name, value } in &rows {
             let _ = writeln!(text, "{:<20} {}", terminal::inline(name), terminal::inline(value));
         }
-        terminal::print(&text)?;
-    }
+        text
+    })?;
     Ok(ExitCode::SUCCESS)
 }
 

@@ -6,7 +6,8 @@ use std::sync::OnceLock;
 
 use uvgraft_pipeline::{Event, Failure, Fault, Observer, spelled};
 
-use crate::terminal;
+use crate::progress;
+use crate::terminal::{self, Kind};
 
 /// The options of the command that runs: what libraries call each, and how it is spelled.
 static OPTIONS: OnceLock<Vec<(String, String)>> = OnceLock::new();
@@ -109,17 +110,17 @@ pub(crate) fn report(error: &anyhow::Error) -> ExitCode {
 
 /// Prints an error.
 pub(crate) fn print(error: impl Display) {
-    terminal::message("error", error);
+    terminal::message(Kind::Error, error);
 }
 
 /// Prints a warning, with the names of options as they are spelled.
 pub(crate) fn warn(message: impl Display) {
-    terminal::message("warning", with_options(&message.to_string()));
+    terminal::message(Kind::Warning, with_options(&message.to_string()));
 }
 
 /// Prints a note, with the names of options as they are spelled.
 pub(crate) fn note(message: impl Display) {
-    terminal::message("note", with_options(&message.to_string()));
+    terminal::message(Kind::Note, with_options(&message.to_string()));
 }
 
 /// Prints the notes and warnings of short operations.
@@ -130,6 +131,7 @@ impl Observer for Notes {
         match event {
             Event::Note(text) => note(text),
             Event::Warning(text) => warn(text),
+            Event::Step(name) => progress::step(name),
             _ => {}
         }
     }

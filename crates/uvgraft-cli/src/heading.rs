@@ -1,5 +1,19 @@
 //! Headings that group options in the help.
 
+use clap::Arg;
+
+/// What most people need.
+const COMMON: &str = "Common options";
+
+/// Puts an option among the common ones if it is one of them. The help begins with these where the first option
+/// of a command is one.
+pub(crate) fn common(names: &[&str], option: Arg) -> Arg {
+    match names.contains(&option.get_id().as_str()) {
+        true => option.help_heading(COMMON),
+        false => option,
+    }
+}
+
 pub(crate) const FILES: &str = "Input and output";
 pub(crate) const CORRESPONDENCE: &str = "Correspondence";
 pub(crate) const SAMPLING: &str = "Sampling";

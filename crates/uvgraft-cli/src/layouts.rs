@@ -3,11 +3,12 @@
 use std::fmt::Write as _;
 use std::process::ExitCode;
 
+use serde::Serialize;
 use uvgraft::known::{KnownMesh, MESHES};
 
+use crate::outcome;
 use crate::report::grouped;
 use crate::table::{Align, table};
-use crate::terminal;
 
 /// List the publicly known meshes and UV layouts that are recognised by name
 ///
@@ -15,18 +16,15 @@ use crate::terminal;
 /// known, or else by their counts. None of the meshes is part of uvgraft: the list says where they
 /// are published and under which licences.
 #[derive(clap::Args)]
-pub(crate) struct Args {
-    /// Print the list as JSON
-    #[arg(long)]
-    json: bool,
+pub(crate) struct Args {}
+
+#[derive(Serialize)]
+struct Document {
+    meshes: &'static [KnownMesh],
 }
 
-pub(crate) fn run(args: &Args) -> anyhow::Result<ExitCode> {
-    if args.json {
-        terminal::print_json(&MESHES)?;
-    } else {
-        terminal::print(&text())?;
-    }
+pub(crate) fn run(_: &Args) -> anyhow::Result<ExitCode> {
+    outcome::report(&Document { meshes: MESHES }, text)?;
     Ok(ExitCode::SUCCESS)
 }
 

@@ -29,6 +29,7 @@ mod map;
 mod memory;
 mod number;
 mod opacity;
+mod outcome;
 mod pair;
 mod progress;
 mod region;
@@ -46,7 +47,7 @@ mod version;
 mod view;
 mod weights;
 
-use std::ffi::OsString;
+use std::ffi::{OsStr, OsString};
 use std::process::ExitCode;
 
 use anyhow::Context;
@@ -54,6 +55,8 @@ use clap::error::{ContextKind, ContextValue, ErrorKind};
 use clap::{Arg, ArgAction, CommandFactory, FromArgMatches, Parser, Subcommand};
 use uvgraft::Choice;
 use uvgraft_pipeline::Unit;
+
+use crate::progress::Activity;
 
 /// Transfer textures between meshes with different UV layouts
 ///
@@ -66,6 +69,15 @@ use uvgraft_pipeline::Unit;
 struct Cli {
     #[command(subcommand)]
     command: Command,
+    /// Print one JSON document instead of text: report, warnings, errors and written files
+    ///
+    /// `uvgraft` in it holds version, command, ok, errors, warnings, notes and written (a list of files); the
+    /// other fields are the report, and those of each command are in the book. Errors of usage have none.
+    #[arg(long, global = true, help_heading = heading::GLOBAL)]
+    json: bool,
+    /// Print no notes, progress or closing lines; warnings and errors remain
+    #[arg(short, long, global = true, help_heading = heading::GLOBAL)]
+    quiet: bool,
     /// Number of threads, 0 for one per processor
     #[arg(long, global = true, default_value_t = 0, value_name = "N", help_heading = heading::GLOBAL)]
     #[arg(value_parser = number::whole_number::<u16>(0..=MAX_THREADS.into()), allow_negative_numbers = true)]
@@ -105,6 +117,26 @@ enum Command {
     Man(man::Args),
 }
 
+impl Command {
+    /// What it does first that may take seconds; `None` if it takes none, or shows bars.
+    fn activity(&self) -> Option<&'static str> {
+        match self {
+            Self::Demo(_) => Some("making the figure"),
+            Self::Pair(_) => Some("reading the meshes"),
+            Self::Inspect(_) => Some("inspecting"),
+            Self::Seams(_) | Self::Compare(_) => Some("measuring"),
+            Self::Map(_) => Some("making the map"),
+            Self::Body(_) => Some("making the body"),
+            Self::Selfie(_) => Some("reading the photographs"),
+            Self::Avatar(_) => Some("reading"),
+            Self::View(_) => Some("making the page"),
+            Self::Weights(_) => Some("importing"),
+            Self::Layouts(_) | Self::Transfer(_) | Self::Roundtrip(_) | Self::Render(_) => None,
+            Self::Bench(_) | Self::Doctor(_) | Self::Completions(_) | Self::Man(_) => None,
+        }
+    }
+}
+
 /// Runs the command with the arguments of a process, of which the first is the program's name.
 ///
 /// To be called once in a process, which it takes over: it handles signals, prints, and ends the
@@ -131,37 +163,49 @@ fn work(arguments: &[OsString]) -> ExitCode {
         return terminal::print(&version::verbose())
             .map_or_else(|error| failure::report(&error), |()| ExitCode::SUCCESS);
     }
-    let (cli, options) = match parse(arguments) {
+    let Parsed { cli, name, options } = match parse(arguments) {
         Ok(parsed) => parsed,
         Err(answer) => return terminal::answer(&answer),
     };
     failure::spell_options(options);
     interruption::handle();
+    let called = arguments.first().map_or(OsStr::new("uvgraft"), |called| called);
+    outcome::begin(called, name, cli.json, cli.quiet);
     let code = match dispatch(&cli) {
         Ok(code) => code,
         Err(error) => failure::report(&error),
     };
+    let code = outcome::end().map_or_else(|error| failure::report(&error), |()| code);
     interruption::wait_if_interrupted();
     code
 }
 
-/// Parses arguments, also into the options of the subcommand that they name: what libraries call each,
-/// and how it is spelled.
-fn parse(arguments: &[OsString]) -> Result<(Cli, Vec<(String, String)>), clap::Error> {
+/// The arguments of a process.
+struct Parsed {
+    cli: Cli,
+    /// The command, with its subcommand.
+    name: String,
+    /// The options of the innermost subcommand: what libraries call each, and how it is spelled.
+    options: Vec<(String, String)>,
+}
+
+fn parse(arguments: &[OsString]) -> Result<Parsed, clap::Error> {
     let mut command = Cli::command();
     let matches = command.try_get_matches_from_mut(arguments).map_err(explained)?;
     let cli = Cli::from_arg_matches(&matches).map_err(|error| error.format(&mut command))?;
     let (mut named, mut matches) = (&command, &matches);
+    let mut names = Vec::new();
     while let Some((name, inner)) = matches.subcommand() {
         let Some(subcommand) = named.find_subcommand(name) else { break };
         (named, matches) = (subcommand, inner);
+        names.push(name);
     }
     let spelled = |option: &Arg| {
         let name = option.get_id().as_str();
         Some((name.to_owned(), format!("--{}", option.get_long()?)))
     };
     let options = named.get_arguments().filter_map(spelled).collect();
-    Ok((cli, options))
+    Ok(Parsed { cli, name: names.join(" "), options })
 }
 
 /// An error with a tip if an argument too many is a unit, as in `--distance 3 mm`.
@@ -203,6 +247,7 @@ fn dispatch(cli: &Cli) -> anyhow::Result<ExitCode> {
         .num_threads(threads)
         .build_global()
         .with_context(|| format!("cannot start {threads} threads"))?;
+    let _activity = cli.command.activity().map(Activity::start);
     match &cli.command {
         Command::Demo(args) => demo::run(args),
         Command::Layouts(args) => layouts::run(args),
@@ -234,7 +279,7 @@ mod tests {
     fn options_are_those_of_the_innermost_subcommand() {
         let options = |words: &[&str]| -> Vec<String> {
             let words: Vec<OsString> = words.iter().map(OsString::from).collect();
-            let (_, options) = parse(&words).unwrap();
+            let Parsed { options, .. } = parse(&words).unwrap();
             options.into_iter().map(|(name, spelled)| format!("{name} {spelled}")).collect()
         };
         let of_transfer = options(&["uvgraft", "transfer", "a.uvpair", "b.png", "-o", "c.png"]);

@@ -13,6 +13,7 @@ use uvgraft_io::pair_file::{PairFile, layout_fingerprint};
 use uvgraft_assembly::recognition;
 pub(crate) use uvgraft_assembly::report::grouped;
 
+use crate::outcome;
 use crate::terminal;
 
 /// Texture sizes that a report's texel counts and densities are for.
@@ -203,9 +204,8 @@ pub(crate) fn print(
     file: &PairFile,
     recognised: &[Recognition; 2],
     report: &PairReport,
-    json: bool,
 ) -> anyhow::Result<()> {
-    print_with(file, None, recognised, report, json)
+    print_with(file, None, recognised, report)
 }
 
 /// The report of a pair for textures of some sizes.
@@ -219,9 +219,8 @@ pub(crate) fn print_linked(
     linked: &Linked,
     recognised: &[Recognition; 2],
     report: &PairReport,
-    json: bool,
 ) -> anyhow::Result<()> {
-    print_with(file, Some(linked), recognised, report, json)
+    print_with(file, Some(linked), recognised, report)
 }
 
 fn print_with(
@@ -229,24 +228,22 @@ fn print_with(
     linked: Option<&Linked>,
     recognised: &[Recognition; 2],
     report: &PairReport,
-    json: bool,
 ) -> anyhow::Result<()> {
-    if json {
-        let document = Document {
-            source_name: &file.source_name,
-            target_name: &file.target_name,
-            source_fingerprint: layout_fingerprint(file.pair.source()),
-            target_fingerprint: layout_fingerprint(file.pair.target()),
-            source_recognition: &recognised[0],
-            target_recognition: &recognised[1],
-            note: &file.note,
-            linked,
-            report,
-        };
-        return terminal::print_json(&document);
-    }
-    let linked = linked.map_or_else(String::new, |linked| linked.text() + "\n");
-    terminal::print(&(linked + &text(file, report, recognised)))
+    let document = Document {
+        source_name: &file.source_name,
+        target_name: &file.target_name,
+        source_fingerprint: layout_fingerprint(file.pair.source()),
+        target_fingerprint: layout_fingerprint(file.pair.target()),
+        source_recognition: &recognised[0],
+        target_recognition: &recognised[1],
+        note: &file.note,
+        linked,
+        report,
+    };
+    outcome::report(&document, || {
+        let linked = linked.map_or_else(String::new, |linked| linked.text() + "\n");
+        linked + &text(file, report, recognised)
+    })
 }
 
 fn text(file: &PairFile, report: &PairReport, recognised: &[Recognition; 2]) -> String {

@@ -12,23 +12,60 @@ use std::io::{self, IsTerminal as _, Write as _};
 use std::path::Path;
 use std::process::ExitCode;
 
+use anstyle::{AnsiColor, Style};
 use anyhow::Context;
 use serde::Serialize;
 pub(crate) use uvgraft_assembly::report::inline;
 use uvgraft_assembly::report::{escaped, is_unsafe, rust_escape};
 
 use crate::interruption::wait_if_interrupted;
+use crate::{outcome, progress};
+
+/// What a message is. Messages start with its name, in its colour if standard error shows colours: as those of
+/// clap, on terminals unless `NO_COLOR` is set.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) enum Kind {
+    Error,
+    Warning,
+    Note,
+    /// What was written.
+    Wrote,
+    /// A command that shows what was written.
+    Look,
+}
+
+impl Kind {
+    const fn name(self) -> &'static str {
+        match self {
+            Self::Error => "error",
+            Self::Warning => "warning",
+            Self::Note => "note",
+            Self::Wrote => "wrote",
+            Self::Look => "look at it",
+        }
+    }
+
+    const fn style(self) -> Style {
+        let color = match self {
+            Self::Error => AnsiColor::Red,
+            Self::Warning => AnsiColor::Yellow,
+            Self::Note => AnsiColor::Cyan,
+            Self::Wrote | Self::Look => AnsiColor::Green,
+        };
+        color.on_default().bold()
+    }
+}
 
 /// Prints the result of a command. A reader may close the pipe early, as in `uvgraft inspect x |
 /// head`.
 pub(crate) fn print(text: &str) -> anyhow::Result<()> {
     let text = escaped(text, |character| character != '\n' && is_unsafe(character), rust_escape);
-    to_stdout(&text)
+    if outcome::keep_text(&text) { Ok(()) } else { to_stdout(&text) }
 }
 
-/// Prints the result of a command as JSON.
-pub(crate) fn print_json(document: &impl Serialize) -> anyhow::Result<()> {
-    to_stdout(&json(document)?)
+/// Prints a document, as made by [`json`].
+pub(crate) fn print_document(json: &str) -> anyhow::Result<()> {
+    to_stdout(json)
 }
 
 /// A document as JSON, as it is printed.
@@ -52,11 +89,15 @@ pub(crate) fn file_name(path: &Path) -> String {
 }
 
 /// Prints a line to standard error, such as an error.
-///
-/// - `kind`: what it starts with.
-pub(crate) fn message(kind: &str, text: impl Display) {
+pub(crate) fn message(kind: Kind, text: impl Display) {
     wait_if_interrupted();
-    to_stderr(&format!("{kind}: {}\n", inline(&text.to_string())));
+    let text = text.to_string();
+    outcome::keep_message(kind, &text);
+    if kind == Kind::Note && outcome::is_quiet() {
+        return;
+    }
+    let (name, style) = (kind.name(), kind.style());
+    to_stderr(&format!("{style}{name}:{style:#} {}\n", inline(&text)));
 }
 
 /// Prints the last message of an interrupted program.
@@ -74,7 +115,7 @@ pub(crate) fn answer(answer: &clap::Error) -> ExitCode {
     if has_unsafe(&text) {
         // Without colours, which are control characters too.
         let what = text.trim_start_matches("error: ").lines().next().unwrap_or_default();
-        message("error", what);
+        message(Kind::Error, what);
     } else {
         let printed = or_nobody_reads(answer.print());
         if !answer.use_stderr()
@@ -92,8 +133,10 @@ pub(crate) fn has_unsafe(text: &str) -> bool {
 }
 
 fn to_stdout(text: &str) -> anyhow::Result<()> {
-    let mut out = io::stdout().lock();
-    or_nobody_reads(out.write_all(text.as_bytes()).and_then(|()| out.flush()))
+    progress::suspended(|| {
+        let mut out = io::stdout().lock();
+        or_nobody_reads(out.write_all(text.as_bytes()).and_then(|()| out.flush()))
+    })
 }
 
 /// Closed pipes are no errors: who closed them has read enough.
@@ -104,9 +147,9 @@ fn or_nobody_reads(printed: io::Result<()>) -> anyhow::Result<()> {
     }
 }
 
-/// Prints to standard error if that is possible.
+/// Prints to standard error if that is possible; styles are left out where they do not show.
 fn to_stderr(text: &str) {
-    let _ = io::stderr().write_all(text.as_bytes());
+    let _ = progress::suspended(|| anstream::stderr().write_all(text.as_bytes()));
 }
 
 #[cfg(test)]

@@ -12,7 +12,7 @@ use uvgraft_io::output;
 use uvgraft_pipeline::{Outputs, parse_memory};
 
 use crate::failure::{Notes, bad_input, note};
-use crate::terminal;
+use crate::outcome;
 
 /// Show an avatar, or a mesh with a texture, in the browser
 ///
@@ -70,7 +70,7 @@ pub(crate) fn run(args: &Args) -> anyhow::Result<ExitCode> {
     output::write_atomically::<io::Error>(&output, |out| out.write_all(&page))
         .with_context(|| format!("cannot write {}", output.display()))?;
 
-    terminal::print(&format!("wrote {}\n", terminal::path(&output)))?;
+    outcome::wrote(&output);
     if !args.no_open {
         if !can_open() {
             note("no display to open the page on; open it in a browser");

@@ -2,7 +2,6 @@
 //! faces and their landmarks.
 
 use std::ffi::OsStr;
-use std::fmt::Write as _;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
@@ -16,7 +15,7 @@ use uvgraft_metrics::lpips::{Lpips, LpipsNetwork};
 use uvgraft_pipeline::Outputs;
 
 use crate::failure::{OrBadInput, bad_input};
-use crate::terminal;
+use crate::{outcome, terminal};
 
 /// Manage the networks of LPIPS and those that find faces
 ///
@@ -100,7 +99,6 @@ fn import(files: &[PathBuf]) -> anyhow::Result<()> {
             Weights::Face(Imported::Iris(network)) => iris = Some(network),
         }
     }
-    let mut wrote = String::new();
     if face.is_some() || iris.is_some() {
         let output = face_networks_path()?;
         let networks = merged(&output, face, iris)?;
@@ -108,7 +106,7 @@ fn import(files: &[PathBuf]) -> anyhow::Result<()> {
         face_networks::write(&networks, &output)
             .with_context(|| format!("cannot write {}", output.display()))?;
         face_models()?.with_context(|| format!("{} has disappeared", output.display()))?;
-        let _ = writeln!(wrote, "wrote {}", terminal::path(&output));
+        outcome::wrote(&output);
     }
     if let Some(both) = lpips {
         let output = lpips_path()?;
@@ -119,9 +117,10 @@ fn import(files: &[PathBuf]) -> anyhow::Result<()> {
             self::lpips(network)?
                 .with_context(|| format!("{} has disappeared", output.display()))?;
         }
-        let _ = writeln!(wrote, "wrote {}", terminal::path(&output));
+        outcome::wrote(&output);
     }
-    terminal::print(&wrote)
+    outcome::look_by(&[&"doctor"]);
+    Ok(())
 }
 
 /// The networks to write: those given, and otherwise those of the existing file.

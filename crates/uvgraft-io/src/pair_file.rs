@@ -221,6 +221,12 @@ pub fn encode(file: &PairFile) -> Result<Vec<u8>, PairFileError> {
     Ok(bytes)
 }
 
+/// Whether a file may be a pair file, by its first nine bytes: those of a safetensors file.
+pub fn is_pair_file(start: &[u8]) -> bool {
+    // The length of the header in 64 bits, little-endian, and its first brace. None has four gigabytes.
+    matches!(start, [_, _, _, _, 0, 0, 0, 0, b'{', ..])
+}
+
 /// Parses the bytes of a pair file.
 ///
 /// # Errors

@@ -43,6 +43,11 @@ impl dyn Observer + '_ {
         self.event(Event::Warning(&text.to_string()));
     }
 
+    /// Names the step that begins.
+    pub fn step(&self, name: &str) {
+        self.event(Event::Step(name));
+    }
+
     /// Ends the work between two steps if the caller cancelled it.
     ///
     /// # Errors
@@ -70,6 +75,8 @@ pub enum Event<'a> {
     Note(&'a str),
     /// A warning; the work continues.
     Warning(&'a str),
+    /// A step of work that may take seconds begins, such as "fitting the head".
+    Step(&'a str),
     /// A texture is skipped, since its output is up to date.
     TextureUpToDate {
         /// Its file.

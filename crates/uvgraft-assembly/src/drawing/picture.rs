@@ -2,12 +2,12 @@
 
 use std::path::Path;
 
-use font8x8::UnicodeFonts;
 use uvgraft::{Channels, Encoding, Size, Texels, Texture};
 use uvgraft_io::image::{self, Format, Image};
 use uvgraft_pipeline::{Blame, Failure, Result};
 
 use super::canvas::Canvas;
+use super::font::FontSize;
 
 /// An 8-bit RGB canvas.
 pub struct Picture {
@@ -17,9 +17,6 @@ pub struct Picture {
 
 /// Red, green and blue.
 pub type Rgb = [u8; 3];
-
-/// Side of an unscaled glyph in pixels.
-const GLYPH: u32 = 8;
 
 /// Checks that a path has an image extension.
 ///
@@ -67,31 +64,39 @@ impl Picture {
         }
     }
 
-    /// Draws text with its top left corner at `(left, top)`, at `scale` times the font's 8 pixels.
-    /// Characters missing in the font become question marks.
+    /// Draws text so that its capitals have their top left corner at about `(left, top)` and are `8 * scale` pixels
+    /// high. Characters missing in the font become question marks.
+    ///
+    /// - `scale`: 1, or an even number.
     pub fn text(&mut self, text: &str, left: u32, top: u32, scale: u32, color: Rgb) {
+        let font = FontSize::new(scale);
+        let above = font.height() / 4;
         for (index, character) in (0u32..).zip(text.chars()) {
-            let glyph = font8x8::BASIC_FONTS
-                .get(character)
-                .or_else(|| font8x8::LATIN_FONTS.get(character))
-                .or_else(|| font8x8::GREEK_FONTS.get(character))
-                .or_else(|| font8x8::BASIC_FONTS.get('?'))
-                .unwrap_or([0; 8]);
-            for (row, bits) in (0u32..).zip(glyph) {
-                for column in (0..GLYPH).filter(|column| bits >> column & 1 == 1) {
-                    let x = left + (index * GLYPH + column) * scale;
-                    let y = top + row * scale;
-                    for offset in 0..scale * scale {
-                        self.set(x + offset % scale, y + offset / scale, color);
-                    }
+            let start = left + index * font.width();
+            for ([x, y], coverage) in font.coverage(character) {
+                if let Some(y) = (top + y).checked_sub(above) {
+                    self.blend(start + x, y, color, coverage);
                 }
             }
         }
     }
 
+    /// Covers a share of a pixel, of 255; positions outside are ignored.
+    fn blend(&mut self, x: u32, y: u32, color: Rgb, coverage: u8) {
+        if x >= self.size.width || y >= self.size.height {
+            return;
+        }
+        let at = (y as usize * self.size.width as usize + x as usize) * 3;
+        let share = u32::from(coverage);
+        for (value, over) in self.values[at..at + 3].iter_mut().zip(color) {
+            let sum = u32::from(*value) * (255 - share) + u32::from(over) * share;
+            *value = ((sum + 127) / 255) as u8;
+        }
+    }
+
     /// The width of a text drawn by [`Picture::text`], in pixels.
     pub fn text_width(text: &str, scale: u32) -> u32 {
-        text.chars().count() as u32 * GLYPH * scale
+        text.chars().count() as u32 * FontSize::new(scale).width()
     }
 
     /// The longest prefix of a text that fits a width.

@@ -22,6 +22,7 @@ use uvgraft_gltf::preset::Preset;
 use uvgraft_io::image::{self, WriteOptions};
 use uvgraft_io::output;
 use uvgraft_pipeline::Outputs;
+use uvgraft_viewer::PAGE;
 
 use self::features::FeatureArgs;
 use self::lods::LodArgs;
@@ -35,9 +36,23 @@ use crate::choice::choice;
 use crate::failure::{Notes, warn};
 use crate::heading;
 use crate::number::whole_number;
+use crate::outcome;
 use crate::region::RegionArgs;
 use crate::report::{grouped, parse_size};
-use crate::terminal;
+
+/// The options that most people need.
+const COMMON: [&str; 10] = [
+    "output",
+    "onto",
+    "photos",
+    "body",
+    "expressions",
+    "motion",
+    "blend",
+    "tone",
+    "size",
+    "preset",
+];
 
 /// Build an animated full-body avatar from a head texture
 ///
@@ -47,6 +62,7 @@ use crate::terminal;
 #[derive(clap::Args)]
 #[command(mut_arg("blend", |blend| default_in_help(blend, "membrane")))]
 #[command(mut_arg("tone", |tone| default_in_help(tone, "source")))]
+#[command(mut_args(|option| heading::common(&COMMON, option)))]
 pub(crate) struct Args {
     /// Pair file that links the head to the body
     ///
@@ -190,21 +206,29 @@ pub(crate) fn run(args: &Args) -> anyhow::Result<ExitCode> {
     if let (Some(path), Some(labels)) = (args.blending.drawn_labels(), made.labels) {
         let written = image::write(&labels.into(), path, &WriteOptions::default())?;
         written.losses.iter().for_each(warn);
+        outcome::wrote(path);
     }
     if let (Some(path), Some(preview)) = (&args.blending.preview, made.preview) {
         drawing::write(preview, path)?;
+        outcome::wrote(path);
     }
     write(&args.output, &made.file)?;
     for (index, file) in made.levels.iter().enumerate() {
         write(&level_file(&args.output, index + 1), file)?;
     }
-    terminal::print(&made.report.to_string())?;
+    outcome::report(&made.report, || made.report.to_string())?;
+    let (avatar, picture) = (args.output.display(), args.output.with_extension("png"));
+    match PAGE {
+        Some(_) => outcome::look_by(&[&"view", &avatar]),
+        None => outcome::look_by(&[&"render", &avatar, &"-o", &picture.display()]),
+    }
     Ok(ExitCode::SUCCESS)
 }
 
 fn write(path: &Path, bytes: &[u8]) -> anyhow::Result<()> {
     output::write_atomically::<io::Error>(path, |out| out.write_all(bytes))
         .with_context(|| format!("cannot write {}", path.display()))?;
+    outcome::wrote(path);
     Ok(())
 }
 

@@ -22,9 +22,9 @@ use uvgraft_io::pair_file;
 use crate::choice::choice;
 use crate::failure::{OrBadInput, bad_input};
 use crate::number::whole_number;
+use crate::outcome;
 use crate::progress;
 use crate::report::parse_size;
-use crate::terminal;
 use copy::CopyRate;
 use report::{Report, Row};
 use stage::{Stage, StageKind};
@@ -77,9 +77,6 @@ pub(crate) struct Args {
     #[arg(long, default_value_t = 5, value_name = "N")]
     #[arg(value_parser = whole_number::<u32>(1..=1000), allow_negative_numbers = true)]
     runs: u32,
-    /// Print the report as JSON
-    #[arg(long)]
-    json: bool,
 }
 
 impl Args {
@@ -145,9 +142,7 @@ pub(crate) fn run(args: &Args) -> anyhow::Result<ExitCode> {
     }
     progress.finish_and_clear();
     let report = Report::new(args.pair.display().to_string(), args.runs, copy, rows);
-    let text =
-        if args.json { serde_json::to_string_pretty(&report)? + "\n" } else { report.markdown() };
-    terminal::print(&text)?;
+    outcome::report(&report, || report.markdown())?;
     Ok(ExitCode::SUCCESS)
 }
 

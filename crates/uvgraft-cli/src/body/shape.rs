@@ -10,7 +10,7 @@ use uvgraft_io::{model_mesh, obj};
 use uvgraft_pipeline::Outputs;
 
 use crate::failure::{OrBadInput, bad_input};
-use crate::terminal;
+use crate::{outcome, terminal};
 
 /// Shape the open body, and write it as a mesh or a model
 #[derive(clap::Args)]
@@ -94,7 +94,10 @@ pub(super) fn run(args: &Args) -> anyhow::Result<()> {
         }
         save_npz_compressed(&arrays, output).with_context(cannot)?;
     }
-    terminal::print(&format!("wrote {}: {height:.2} m tall\n", terminal::path(output)))
+    outcome::wrote(output);
+    let picture = output.with_extension("png");
+    outcome::look_by(&[&"render", &output.display(), &"-o", &picture.display()]);
+    terminal::print(&format!("{height:.2} m tall\n"))
 }
 
 #[cfg(test)]

@@ -13,8 +13,8 @@ use uvgraft_pipeline::Outputs;
 
 use crate::choice::choice;
 use crate::failure::bad_input;
+use crate::outcome;
 use crate::report::parse_size;
-use crate::terminal;
 
 /// Paint a skin for the open body, with shorts and a top
 #[derive(clap::Args)]
@@ -89,7 +89,10 @@ pub(super) fn run(args: &Args) -> anyhow::Result<()> {
     let skin = painted(&Input::from(&args.model), args.size, &options)?;
     let _ = image::write(&Image::from(skin), &args.output, &WriteOptions::default())
         .with_context(|| format!("cannot write {}", args.output.display()))?;
-    terminal::print(&format!("wrote {}: {} texels\n", terminal::path(&args.output), args.size))
+    outcome::wrote(&args.output);
+    let [model, skin] = [&args.model, &args.output].map(|path| path.display());
+    outcome::look_by(&[&"render", &model, &"--texture", &skin, &"-o", &"look.png"]);
+    Ok(())
 }
 
 #[cfg(test)]

@@ -11,7 +11,7 @@ use std::io::{self, Write as _};
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 use std::sync::Arc;
-use std::time::{Duration, Instant};
+use std::time::Instant;
 
 use anyhow::Context;
 use uvgraft::{Direction, Graft, Mesh, Pair, Size, Sizes, Texture};
@@ -29,7 +29,7 @@ use self::blending::Blends;
 use self::views::{FACE, FULL, render};
 use crate::failure::OrBadInput;
 use crate::report::{grouped, parse_size};
-use crate::terminal;
+use crate::{outcome, terminal};
 
 /// Run the whole workflow on a built-in example
 ///
@@ -67,7 +67,7 @@ pub(crate) fn run(args: &Args) -> anyhow::Result<ExitCode> {
     let open_body = args.body.as_deref().map(|path| open_body::Files::new(path, args.size));
     let open_body = open_body.transpose()?;
     if let Some(made) = &open_body {
-        steps.done("open body", made.summary.clone());
+        steps.done("open body", &made.summary)?;
     }
     let transferred = Transferred::new(args.size, &mut steps)?;
     let pictures = Pictures::new(&transferred, &mut steps)?;
@@ -85,8 +85,9 @@ pub(crate) fn run(args: &Args) -> anyhow::Result<ExitCode> {
         Some(made) => made.write(outputs)?,
         None => outputs,
     };
-    steps.done("writing", format!("{} files", outputs.written.len()));
-    print(&steps, &outputs, has_selfie)?;
+    steps.done("writing", &format!("{} files", outputs.written.len()))?;
+    outcome::wrote(folder);
+    print(&outputs, has_selfie)?;
     Ok(ExitCode::SUCCESS)
 }
 
@@ -106,30 +107,30 @@ impl Transferred {
     fn new(size: Size, steps: &mut Steps) -> anyhow::Result<Self> {
         let figure = Figure::new();
         let [head, whole] = [&figure.head, &figure.body].map(|mesh| grouped(mesh.faces().len()));
-        steps.done("meshes", format!("head with {head} triangles, body with {whole}"));
+        steps.done("meshes", &format!("head with {head} triangles, body with {whole}"))?;
         let face = paint_head(&figure, size);
         let base = paint_body(&figure, size);
-        steps.done("painting", format!("two textures of {size}"));
+        steps.done("painting", &format!("two textures of {size}"))?;
 
         let ids: Vec<i64> = figure.vertex_map.iter().map(|&id| i64::from(id)).collect();
         let pair = Pair::by_vertex_map(figure.head.clone(), figure.body.clone(), &ids)?;
         let pair = Arc::new(pair);
-        steps.done("pair", format!("{} triangles linked", grouped(pair.piece_count())));
+        steps.done("pair", &format!("{} triangles linked", grouped(pair.piece_count())))?;
 
         let sizes = Sizes { from: size, to: size };
         let forward = Graft::builder(Arc::clone(&pair), sizes).build()?;
         let backward =
             Graft::builder(Arc::clone(&pair), sizes).direction(Direction::Reverse).build()?;
         let texels = forward.map().stats().linked;
-        steps.done("maps", format!("both directions, {} body texels linked", grouped(texels)));
+        steps.done("maps", &format!("both directions, {} body texels linked", grouped(texels)))?;
         let (source, target) = (face.clone(), base.clone());
         steps.skip();
         let body = forward.apply(source, target)?;
-        steps.done("transfer", format!("face onto body, {}", forward.filter()));
+        steps.done("transfer", &format!("face onto body, {}", forward.filter()))?;
         let (source, target) = (body.clone(), face.clone());
         steps.skip();
         let back = backward.apply(source, target)?;
-        steps.done("reverse", "body back onto head".to_owned());
+        steps.done("reverse", "body back onto head")?;
         Ok(Self { figure, pair, face, base, body, back })
     }
 
@@ -181,7 +182,7 @@ impl Pictures {
         let sizes = Sizes { from: face.size(), to: base.size() };
         let blends = Blends::new(figure, pair, face, sizes)?;
         let blended = blends.picture();
-        steps.done("rendering", "before and after, blending onto darker skin".to_owned());
+        steps.done("rendering", "before and after, blending onto darker skin")?;
         Ok(Self { shots, blended, darker: blends.body })
     }
 }
@@ -195,9 +196,9 @@ struct AnimatedFigure {
 impl AnimatedFigure {
     fn new(transferred: &Transferred, steps: &mut Steps) -> anyhow::Result<Self> {
         let files = avatar::Files::new(&transferred.figure, transferred.body.clone())?;
-        steps.done("avatar", files.summary.clone());
+        steps.done("avatar", &files.summary)?;
         let pictures = avatar::Pictures::new(&files.glb)?;
-        steps.done("animation", "turntable and stills of the avatar".to_owned());
+        steps.done("animation", "turntable and stills of the avatar")?;
         Ok(Self { files, pictures })
     }
 
@@ -239,7 +240,7 @@ impl Selfie {
         let photo = selfie::photo(args.photo.as_deref(), figure, body, &args.output)?;
         let Some(photo) = photo else { return Ok(None) };
         let (glb, sheet) = selfie::made(&photo)?;
-        steps.done("selfie", "avatar of a photograph".to_owned());
+        steps.done("selfie", "avatar of a photograph")?;
         Ok(Some(Self { photo, glb, sheet }))
     }
 
@@ -282,29 +283,46 @@ fn bytes(path: &Path, bytes: &[u8]) -> anyhow::Result<()> {
     Ok(write_atomically::<io::Error>(path, |out| out.write_all(bytes))?)
 }
 
-fn print(steps: &Steps, outputs: &Outputs<'_>, has_selfie: bool) -> anyhow::Result<()> {
+fn print(outputs: &Outputs<'_>, has_selfie: bool) -> anyhow::Result<()> {
     let mut text = String::new();
-    for (name, what, took) in &steps.steps {
-        let _ = writeln!(text, "{name:<10} {:>8.1} ms   {what}", took.as_secs_f64() * 1e3);
-    }
     let _ = writeln!(text, "\nFiles in {}:", terminal::path(outputs.folder));
     for (name, what) in &outputs.written {
         let _ = writeln!(text, "  {name:<20} {what}");
     }
     let path = |name: &str| outputs.folder.join(name).display().to_string();
-    let _ = writeln!(
-        text,
-        "\nDo the same with your own files:\n  uvgraft pair {} {} --vertex-map {} -o my.uvpair\n  \
-         uvgraft transfer my.uvpair {face} --onto {base} -o my_body.png\n  uvgraft avatar \
-         my.uvpair {face} --onto {base} --body demo --motion {} -o me.glb\n  uvgraft render \
-         me.glb --frame 1.2 -o me.png\n  uvgraft view me.glb",
-        path("head.obj"),
-        path("body.obj"),
-        path("head_to_body.npy"),
-        path("wave.npz"),
-        face = path("face.png"),
-        base = path("body_base.png"),
-    );
+    let [before, after] = ["body_base.png", "body_with_face.png"].map(path);
+    let [body, face, avatar] = ["body.obj", "face.png", "avatar.glb"].map(path);
+    let [shown, turning] = ["shown.png", "turning.gif"].map(path);
+    let commands = [
+        outcome::command(&[&"render", &body, &"-t", &before, &"-t", &after, &"-o", &shown]),
+        match PAGE {
+            Some(_) => outcome::command(&[&"view", &avatar]),
+            None => outcome::command(&[&"render", &avatar, &"--turntable", &"-o", &turning]),
+        },
+    ];
+    let _ =
+        writeln!(text, "\nLook at the body before and after, and at the avatar from all sides:");
+    commands.iter().for_each(|command| text.extend(["  ", command, "\n"]));
+    let [head, ids, wave] = ["head.obj", "head_to_body.npy", "wave.npz"].map(path);
+    let commands = [
+        outcome::command(&[&"pair", &head, &body, &"--vertex-map", &ids, &"-o", &"my.uvpair"]),
+        outcome::command(&[&"transfer", &"my.uvpair", &face, &"--onto", &before, &"-o", &"my.png"]),
+        outcome::command(&[
+            &"avatar",
+            &"my.uvpair",
+            &face,
+            &"--onto",
+            &before,
+            &"--body",
+            &"demo",
+            &"--motion",
+            &wave,
+            &"-o",
+            &"me.glb",
+        ]),
+    ];
+    let _ = writeln!(text, "\nThe same steps one by one, for files of your own in place of these:");
+    commands.iter().for_each(|command| text.extend(["  ", command, "\n"]));
     if !has_selfie {
         let _ = writeln!(
             text,
@@ -322,23 +340,23 @@ fn print(steps: &Steps, outputs: &Outputs<'_>, has_selfie: bool) -> anyhow::Resu
     terminal::print(&text)
 }
 
-/// How long each step took.
+/// Prints each step as it ends, and how long it took.
 struct Steps {
-    steps: Vec<(&'static str, String, Duration)>,
     since: Instant,
 }
 
 impl Steps {
     fn new() -> Self {
-        Self { steps: Vec::new(), since: Instant::now() }
+        Self { since: Instant::now() }
     }
 
-    fn done(&mut self, name: &'static str, what: String) {
-        self.steps.push((name, what, self.since.elapsed()));
+    fn done(&mut self, name: &str, what: &str) -> anyhow::Result<()> {
+        let took = self.since.elapsed().as_secs_f64();
         self.skip();
+        terminal::print(&format!("{name:<10} {:>8.1} ms   {what}\n", took * 1e3))
     }
 
-    /// Restarts the clock without recording a step.
+    /// Restarts the clock without a step.
     fn skip(&mut self) {
         self.since = Instant::now();
     }

@@ -9,6 +9,7 @@ use uvgraft_gltf::scene::{ClipContents, Contents, ImageContents, PartContents, c
 
 use super::listed;
 use crate::failure::OrBadInput;
+use crate::outcome;
 use crate::report::grouped;
 use crate::terminal;
 
@@ -20,9 +21,9 @@ pub(super) fn is_avatar(path: &Path) -> bool {
     read.is_ok() && (start.starts_with(b"glTF") || text.starts_with(b"{"))
 }
 
-pub(super) fn print(path: &Path, json: bool) -> anyhow::Result<()> {
+pub(super) fn print(path: &Path) -> anyhow::Result<()> {
     let found = contents(path).or_bad_input()?;
-    if json { terminal::print_json(&found) } else { terminal::print(&text(&found)) }
+    outcome::report(&found, || text(&found))
 }
 
 fn text(found: &Contents) -> String {

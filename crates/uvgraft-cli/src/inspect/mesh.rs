@@ -13,6 +13,7 @@ use uvgraft_pipeline::Outputs;
 
 use super::{layout_picture, listed};
 use crate::failure::note;
+use crate::outcome;
 use crate::report::grouped;
 use crate::terminal;
 use uvgraft_assembly::drawing::check_name;
@@ -33,9 +34,6 @@ pub(super) struct Args {
     /// Draw the UV layout, each island in a colour of its own
     #[arg(long, value_name = "OUT.png")]
     preview: Option<PathBuf>,
-    /// Print the report as JSON
-    #[arg(long)]
-    json: bool,
 }
 
 pub(super) fn run(args: &Args) -> anyhow::Result<ExitCode> {
@@ -50,12 +48,9 @@ pub(super) fn run(args: &Args) -> anyhow::Result<ExitCode> {
     let parts = part_names(mesh.parts());
     if let Some(path) = &args.preview {
         layout_picture::write(&mesh, &report, &name, path)?;
+        outcome::wrote(path);
     }
-    if args.json {
-        terminal::print_json(&Document { parts: &parts, report: &report })?;
-    } else {
-        terminal::print(&text(&report, &parts))?;
-    }
+    outcome::report(&Document { parts: &parts, report: &report }, || text(&report, &parts))?;
     Ok(ExitCode::SUCCESS)
 }
 

@@ -12,6 +12,7 @@ use uvgraft_io::pair_file;
 use uvgraft_pipeline::Outputs;
 
 use crate::failure::{OrBadInput, bad_input, warn};
+use crate::outcome;
 use crate::report::{self, grouped};
 use uvgraft_assembly::drawing::check_name;
 use uvgraft_assembly::pair_picture;
@@ -33,9 +34,6 @@ pub(crate) struct Args {
     /// Draw both layouts of a pair, with linked triangles in matching colours
     #[arg(long, value_name = "OUT.png")]
     preview: Option<PathBuf>,
-    /// Print the report as JSON
-    #[arg(long)]
-    json: bool,
     #[command(flatten)]
     sizes: report::Sizes,
 }
@@ -63,7 +61,7 @@ fn inspect_pair(args: &Args, pair: &Path) -> anyhow::Result<ExitCode> {
                  `inspect mesh --preview`, for a picture of it `render`"
             )));
         }
-        avatar::print(pair, args.json)?;
+        avatar::print(pair)?;
         return Ok(ExitCode::SUCCESS);
     }
     if let Some(preview) = &args.preview {
@@ -80,8 +78,9 @@ fn inspect_pair(args: &Args, pair: &Path) -> anyhow::Result<ExitCode> {
     let recognised = recognition::recognised(&file);
     if let Some(path) = &args.preview {
         pair_picture::of_pair(&file, None)?.write(path)?;
+        outcome::wrote(path);
     }
-    report::print(&file, &recognised, &report::of_pair(&file, &args.sizes), args.json)?;
+    report::print(&file, &recognised, &report::of_pair(&file, &args.sizes))?;
     recognition::pairing_warnings(&file, &recognised).into_iter().for_each(warn);
     Ok(ExitCode::SUCCESS)
 }

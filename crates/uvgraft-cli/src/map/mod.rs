@@ -17,6 +17,7 @@ use self::format::MapFormat;
 use crate::choice::choice;
 use crate::failure::{OrBadInput, bad_input};
 use crate::number::whole_number;
+use crate::outcome;
 use crate::report::parse_size;
 
 /// Export the sampling map of a pair for other tools
@@ -126,6 +127,7 @@ pub(crate) fn run(args: &Args) -> anyhow::Result<ExitCode> {
             }
         }
     }
+    outcome::wrote(path);
     Ok(ExitCode::SUCCESS)
 }
 

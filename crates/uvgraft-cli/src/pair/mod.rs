@@ -16,7 +16,7 @@ use uvgraft_pipeline::Outputs;
 
 use crate::choice::choice;
 use crate::failure::{Notes, bad_input, note};
-use crate::report;
+use crate::{outcome, progress, report};
 use uvgraft_assembly::drawing::check_name;
 use uvgraft_assembly::mesh_file::{self, LoadedMesh, MeshFile};
 use uvgraft_assembly::pair_picture;
@@ -63,9 +63,6 @@ pub(crate) struct Args {
     /// Draw both layouts, with linked triangles in matching colours
     #[arg(long, value_name = "OUT.png")]
     preview: Option<PathBuf>,
-    /// Print the report as JSON
-    #[arg(long)]
-    json: bool,
     #[command(flatten)]
     sizes: report::Sizes,
 }
@@ -103,10 +100,12 @@ pub(crate) fn run(args: &Args) -> anyhow::Result<ExitCode> {
     let note = args.note.clone().unwrap_or_else(|| {
         format!("made from {source_name} and {target_name}, whose licences hold for this file too")
     });
+    progress::step("linking the meshes");
     let linked = args.correspondence.link(source.mesh, target.mesh)?;
     args.correspondence.save_registered(&linked.pair, &linked.linked)?;
     let pair = Arc::new(linked.pair);
     let file = pair_file::PairFile { pair, source_name, target_name, note };
+    progress::step("counting texels");
     let report = report::of_pair(&file, &args.sizes);
     check_reach(&file, &report)?;
     pair_file::write(&file, &args.output)
@@ -114,10 +113,16 @@ pub(crate) fn run(args: &Args) -> anyhow::Result<ExitCode> {
     let registered = linked.linked.registered();
     let recognised = recognition::recognised(&file);
     pairing::remark(&file, registered, &linked.other_layouts, &recognised, &Notes);
+    outcome::wrote(&args.output);
+    args.correspondence.registered().into_iter().for_each(outcome::wrote);
     if let Some(path) = &args.preview {
+        progress::step("drawing the preview");
         pair_picture::of_pair(&file, registered)?.write(path)?;
+        outcome::wrote(path);
     }
-    report::print_linked(&file, &linked.linked, &recognised, &report, args.json)?;
+    let (pair, preview) = (args.output.display(), args.output.with_extension("png"));
+    outcome::look_by(&[&"inspect", &pair, &"--preview", &preview.display()]);
+    report::print_linked(&file, &linked.linked, &recognised, &report)?;
     Ok(ExitCode::SUCCESS)
 }
 

@@ -17,8 +17,8 @@ use self::output::Output;
 use crate::choice::choice;
 use crate::failure::{Notes, bad_input};
 use crate::heading;
+use crate::outcome;
 use crate::report::parse_size;
-use crate::terminal;
 
 /// Render an avatar, or a mesh with a texture, as an image or an animation
 ///
@@ -136,7 +136,9 @@ pub(crate) fn run(args: &Args) -> anyhow::Result<ExitCode> {
     let output = Output::new(&args.output, &request, rendering.frames())?;
     output.write(&rendering)?;
     if args.print_camera {
-        terminal::print(&format!("{}\n", serde_json::to_string(rendering.camera(0))?))?;
+        let camera = rendering.camera(0);
+        let text = serde_json::to_string(camera)? + "\n";
+        outcome::report(&serde_json::json!({ "camera": camera }), || text)?;
     }
     Ok(ExitCode::SUCCESS)
 }

@@ -13,7 +13,7 @@ use uvgraft_pipeline::Outputs;
 use uvgraft_render::Background;
 
 use crate::failure::bad_input;
-use crate::progress;
+use crate::{outcome, progress};
 
 /// Memory limit for frames that are held together.
 const MAX_BYTES: usize = 1 << 30;
@@ -92,6 +92,7 @@ impl Output {
             for (picture, path) in pictures.zip(&self.paths) {
                 let options = WriteOptions::default().compress(true);
                 let _ = image::write(&Image::from(picture?), path, &options)?;
+                outcome::wrote(path);
             }
         } else {
             let frames = pictures.collect::<Result<Vec<Texture>, _>>()?;
@@ -102,6 +103,7 @@ impl Output {
                 OutputFormat::Images => Ok(()),
             })
             .with_context(|| format!("cannot write {}", path.display()))?;
+            outcome::wrote(path);
         }
         bar.finish_and_clear();
         Ok(())

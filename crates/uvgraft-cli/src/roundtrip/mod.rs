@@ -20,10 +20,10 @@ use crate::heatmap;
 use crate::memory::{self, MemoryOption};
 use crate::number::whole_number;
 use crate::opacity::{over_black, warn_unless_opaque};
-use crate::progress;
 use crate::report::parse_size;
 use crate::scores::{Judge, MetricsOption, Region, Scores};
 use crate::terminal;
+use crate::{outcome, progress};
 use method::{Course, Method, Trip};
 use report::{Outcome, Report};
 
@@ -77,11 +77,6 @@ pub(crate) struct Args {
     #[arg(long, value_name = "N", default_value_t = 5, help_heading = heading::REPORT)]
     #[arg(value_parser = whole_number::<u32>(1..=1000), allow_negative_numbers = true)]
     repeats: u32,
-    /// Print the report as JSON
-    ///
-    /// Each score is a number, "inf", or {"unavailable": reason}.
-    #[arg(long, help_heading = heading::REPORT)]
-    json: bool,
     #[command(flatten)]
     memory: MemoryOption,
 }
@@ -226,7 +221,10 @@ pub(crate) fn run(args: &Args) -> anyhow::Result<ExitCode> {
         folder.save("report.md", &markdown)?;
         folder.save("report.json", &json)?;
     }
-    terminal::print(if args.json { &json } else { &markdown })?;
+    if let Some(path) = &args.output {
+        outcome::wrote(path);
+    }
+    outcome::report(&report, || markdown)?;
     Ok(ExitCode::SUCCESS)
 }
 

@@ -120,7 +120,7 @@ fn swatches(picture: &mut Picture, skin: Option<SkinColors>, [left, top]: [u32; 
     let (colors, delta_e, below) = match skin {
         Some(skin) => {
             let rgb = |color: [f32; 3]| color.map(|value| (value * 255.0 + 0.5) as u8);
-            let delta_e = format!("ΔE {:.1}", skin.delta_e());
+            let delta_e = format!("delta E {:.1}", skin.delta_e());
             ([rgb(skin.cheeks), rgb(skin.chest)], delta_e, tone::chest(skin))
         }
         None => ([UNKNOWN; 2], "unknown".to_owned(), "chest"),

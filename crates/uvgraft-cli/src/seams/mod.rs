@@ -9,6 +9,7 @@ mod region;
 mod report;
 mod style;
 mod tone;
+mod verdict;
 
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
@@ -26,6 +27,7 @@ use crate::failure::{Notes, OrBadInput, warn};
 use crate::heading;
 use crate::memory::MemoryOption;
 use crate::number::whole_number;
+use crate::outcome;
 use crate::region::RegionArgs;
 use face::Face;
 use uvgraft_assembly::drawing::check_name;
@@ -76,16 +78,6 @@ pub(crate) struct Args {
     /// Draw the layout with its seams, the worst edges in detail, and the face
     #[arg(long, value_name = "OUT.png", help_heading = heading::REPORT)]
     picture: Option<PathBuf>,
-    /// Print the report as JSON
-    ///
-    /// `edges` holds one entry for each kind of edge: `uv_seams`, `uv_seams_inside` (the region),
-    /// `rim` (the boundary), ordinary edges adjacent to each of these (`beside_uv_seams` and so on),
-    /// and all `ordinary` edges. Each entry has `edges`, `length`, `points` and `delta_e`, which is
-    /// null if no point could be measured. Lengths are in the unit of the mesh; `uv` coordinates
-    /// start at the top left corner of the texture. `tone` holds `cheek_to_chest`, `own`, `hair_shift`, `clipped` (0 to 1) and
-    /// `fits`, and is null if the mesh has no head.
-    #[arg(long, help_heading = heading::REPORT)]
-    json: bool,
     #[command(flatten)]
     memory: MemoryOption,
 }
@@ -170,8 +162,9 @@ pub(crate) fn run(args: &Args) -> anyhow::Result<ExitCode> {
             Face::new(mesh, &anatomy, &texture, references.base.as_ref(), tone)
         });
         picture::draw(&subject, mesh, &texture, &seams, face.as_ref())?.write(path)?;
+        outcome::wrote(path);
     }
-    report::print(&subject, &seams, tone.as_ref(), args.json)?;
+    report::print(&subject, &seams, tone.as_ref())?;
     Ok(ExitCode::SUCCESS)
 }
 

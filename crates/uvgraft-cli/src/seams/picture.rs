@@ -91,7 +91,10 @@ fn scale(
     const WIDTH: u32 = PANEL / 2 - 30;
     const HEIGHT: u32 = 10;
     let steps = group.delta_e.map_or("not measured".to_owned(), |steps| {
-        format!("ΔE median {:.1}, 95 % {:.1}, largest {:.1}", steps.median, steps.p95, steps.max)
+        format!(
+            "delta E median {:.1}, 95 % {:.1}, largest {:.1}",
+            steps.median, steps.p95, steps.max
+        )
     });
     let text = format!("{name}: {} edges, {steps}", grouped(group.edges));
     picture.text(&Picture::fitted(&text, WIDTH, 1), left, top, 1, TITLE);
@@ -202,7 +205,7 @@ fn cell(
 ) -> anyhow::Result<()> {
     const SWATCH: u32 = 34;
     let mean = edge.mean.unwrap_or(step.delta_e);
-    let title = format!("{number} {} ΔE {mean:.1}", kind(edge));
+    let title = format!("{number} {}, delta E {mean:.1}", kind(edge));
     picture.text(&title, left, top, 2, TITLE);
     let [a, b] = edge.sides.map(|side| side.face);
     let text = format!("triangles {a}, {b}; largest difference {:.1}", step.delta_e);

@@ -7,9 +7,10 @@ use uvgraft::Size;
 use uvgraft_metrics::seams::{EdgeGroup, Offset, SeamEdge, SeamNotes, SeamReport, Step, ToneMatch};
 
 use super::tone;
+use super::verdict::Verdict;
 use crate::report::grouped;
 use crate::table::{Align, table};
-use crate::terminal;
+use crate::{outcome, terminal};
 
 /// The measurement.
 pub(super) struct Subject {
@@ -52,13 +53,8 @@ pub(super) fn print(
     subject: &Subject,
     seams: &SeamReport,
     tone: Option<&ToneMatch>,
-    json: bool,
 ) -> anyhow::Result<()> {
-    if json {
-        terminal::print_json(&Document::new(subject, seams, tone))
-    } else {
-        terminal::print(&text(subject, seams, tone))
-    }
+    outcome::report(&Document::new(subject, seams, tone), || text(subject, seams, tone))
 }
 
 #[derive(Serialize)]
@@ -77,6 +73,7 @@ struct Document<'a> {
     notes: SeamNotes,
     /// Null if the mesh has no head.
     tone: Option<tone::Document>,
+    verdict: Verdict,
 }
 
 #[derive(Serialize)]
@@ -150,6 +147,7 @@ impl<'a> Document<'a> {
             worst: worst(seams).map(place).collect(),
             notes: seams.notes,
             tone: tone.map(tone::Document::new),
+            verdict: Verdict::new(seams, tone),
         }
     }
 }
@@ -181,7 +179,7 @@ fn text(subject: &Subject, seams: &SeamReport, tone: Option<&ToneMatch>) -> Stri
     if let Some(tone) = tone {
         text += &tone_lines(tone);
     }
-    text
+    text + "\n" + &Verdict::new(seams, tone).text()
 }
 
 fn tone_lines(tone: &ToneMatch) -> String {

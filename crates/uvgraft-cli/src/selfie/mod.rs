@@ -2,7 +2,6 @@
 
 mod options;
 
-use std::fmt::Write as _;
 use std::io::{self, Write as _};
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
@@ -20,8 +19,8 @@ use uvgraft_pipeline::Outputs;
 pub(crate) use self::options::PhotoArgs;
 use crate::failure::{Notes, bad_input, warn};
 use crate::heading;
+use crate::outcome;
 use crate::report::parse_size;
-use crate::terminal;
 
 /// Make a head texture from photographs of a face
 ///
@@ -73,33 +72,32 @@ pub(crate) fn run(args: &Args) -> anyhow::Result<ExitCode> {
     let request = args.request();
     args.check(&request)?;
     let made = request.make(&Notes)?;
-    let mut text = made.figures().to_string();
-    let mut wrote = |what: &str, path: &Path| {
-        let _ = writeln!(text, "{what:<14} {}", terminal::path(path));
-    };
     save(made.texture(), &args.output)?;
-    wrote("texture", &args.output);
     if let Some(path) = &args.known {
         save(made.known(), path)?;
-        wrote("known texels", path);
     }
     let cannot = |path: &Path| format!("cannot write {}", path.display());
     if let Some(path) = &args.mesh {
         obj::save(&made.shaped_mesh()?, path).with_context(|| cannot(path))?;
-        wrote("shape", path);
+        outcome::wrote(path);
     }
     if let Some(path) = &args.cameras {
         let json = made.cameras_json()?;
         write_atomically::<io::Error>(path, |out| out.write_all(json.as_bytes()))
             .with_context(|| cannot(path))?;
-        wrote("cameras", path);
+        outcome::wrote(path);
     }
     if let Some(path) = &args.sheet {
         drawing::write(made.sheet()?, path)?;
-        wrote("contact sheet", path);
+        outcome::wrote(path);
     }
     made.warn(&Notes);
-    terminal::print(&text)?;
+    let figures = made.figures();
+    outcome::report(&figures, || figures.to_string())?;
+    if let Some(mesh) = args.mesh.as_ref().or(Some(&args.head).filter(|head| head.is_file())) {
+        let [mesh, texture] = [mesh, &args.output].map(|path| path.display());
+        outcome::look_by(&[&"render", &mesh, &"--texture", &texture, &"-o", &"look.png"]);
+    }
     Ok(ExitCode::SUCCESS)
 }
 
@@ -147,5 +145,6 @@ fn save(texture: &Texture, path: &Path) -> anyhow::Result<()> {
     let written = image::write(&texture.clone().into(), path, &WriteOptions::default())
         .with_context(|| format!("cannot write {}", path.display()))?;
     written.losses.iter().for_each(|loss| warn(format_args!("{}: {loss}", path.display())));
+    outcome::wrote(path);
     Ok(())
 }

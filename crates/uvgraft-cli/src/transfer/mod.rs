@@ -15,7 +15,7 @@ use uvgraft_assembly::pair_picture;
 use uvgraft_io::image::{Format, WriteOptions};
 use uvgraft_pipeline::{
     BaseSource, Correspondence, Existing, Fault, Input, Inputs, MaterialMap, Role, Shard,
-    TextureList, Transfer, Values, parse_memory,
+    TextureList, Transfer, Transferred, Values, parse_memory,
 };
 
 use crate::blending::BlendArgs;
@@ -23,11 +23,26 @@ use crate::choice::choice;
 use crate::failure::{bad_input, exit_code_of};
 use crate::heading;
 use crate::number::whole_number;
+use crate::outcome;
 use crate::region::RegionArgs;
 use crate::report::parse_size;
 use crate::role_file::RoleFile;
 use progress::Progress;
 use rows::Rows;
+
+/// The options that most people need.
+const COMMON: [&str; 10] = [
+    "output",
+    "onto",
+    "size",
+    "blend",
+    "tone",
+    "region",
+    "reverse",
+    "filter",
+    "map",
+    "skip_existing",
+];
 
 /// Transfer textures from one UV layout onto a base texture in the other
 ///
@@ -38,6 +53,7 @@ use rows::Rows;
 /// A texture may have an image for each UDIM tile: face_<UDIM>.png stands for face_1001.png,
 /// face_1002.png and so on, in textures, bases and outputs.
 #[derive(clap::Args)]
+#[command(mut_args(|option| heading::common(&COMMON, option)))]
 pub(crate) struct Args {
     /// Pair file that links the two meshes; none with --with-map
     #[arg(required_unless_present = "with_map")]
@@ -46,6 +62,9 @@ pub(crate) struct Args {
     #[arg(required_unless_present_any = ["map", "with_map", "manifest"], conflicts_with = "map")]
     #[arg(value_name = "TEXTURE")]
     sources: Vec<PathBuf>,
+    /// Output file, or folder for several textures
+    #[arg(short, long, value_name = "OUT", help_heading = heading::FILES)]
+    output: PathBuf,
     /// Use a map of positions in place of a pair
     ///
     /// An NPY array of `uvgraft map`, the NPZ of the reference implementation, or an ST map (EXR). All
@@ -63,9 +82,6 @@ pub(crate) struct Args {
     /// 0 and normal maps from flat normals.
     #[arg(long, value_name = "[ROLE=]IMAGE|COLOUR", help_heading = heading::FILES)]
     onto: Vec<String>,
-    /// Output file, or folder for several textures
-    #[arg(short, long, value_name = "OUT", help_heading = heading::FILES)]
-    output: PathBuf,
     /// Also write a mask of the texels that the transfer covers
     ///
     /// White where the texture covers the base, grey where the base shows through a feather, and
@@ -218,12 +234,42 @@ pub(crate) fn run(args: &Args) -> anyhow::Result<ExitCode> {
         && (done.written > 0 || done.failures.is_empty())
     {
         pair_picture::of_region(file, blend)?.write(path)?;
+        outcome::wrote(path);
     }
+    args.tell(&progress, &done);
     let unsaid = progress.is_silenced().then_some(Fault::Work);
     Ok(done.worst().or(unsaid).map_or(ExitCode::SUCCESS, exit_code_of))
 }
 
 impl Args {
+    /// Tells what was written, and how to look at the first of it: on the mesh, if it has colours.
+    fn tell(&self, progress: &Progress, done: &Transferred) {
+        let written = progress.written();
+        match done.written > written.len() {
+            true => outcome::wrote(&self.output),
+            false => written.iter().for_each(|path| outcome::wrote(path)),
+        }
+        let others = [self.mask.as_deref(), self.blending.drawn_labels()];
+        others.into_iter().flatten().for_each(outcome::wrote);
+        let is_color = |path: &&PathBuf| {
+            self.maps.is_empty() || path.file_stem().is_some_and(|stem| stem == "albedo")
+        };
+        let shown = written.iter().find(is_color).filter(|path| !self.data && path.is_file());
+        if let (Some(pair), Some(shown)) = (&self.pair, shown)
+            && self.with_map.is_none()
+        {
+            let mesh = format!("{}{}", pair.display(), if self.reverse { "#source" } else { "" });
+            outcome::look_by(&[
+                &"render",
+                &mesh,
+                &"--texture",
+                &shown.display(),
+                &"-o",
+                &"look.png",
+            ]);
+        }
+    }
+
     /// The transfer that the options describe, if none of them conflict.
     fn checked_transfer(&self) -> anyhow::Result<Transfer> {
         self.blending.settings().check()?;

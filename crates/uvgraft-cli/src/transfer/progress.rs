@@ -15,6 +15,9 @@ use crate::progress;
 use crate::terminal;
 use crate::transfer::rows::Rows;
 
+/// Outputs that are named one by one; of more, the folder is.
+const MAX_NAMED: usize = 4;
+
 /// Prints the progress of a transfer.
 pub(super) struct Progress {
     start: Instant,
@@ -26,6 +29,8 @@ struct State {
     fits: HashMap<PathBuf, FitBar>,
     rows: Option<Rows>,
     shard: Option<Shard>,
+    /// The first outputs that were written, in order of completion.
+    written: Vec<PathBuf>,
     /// Whether rows or summaries could not be written, although the textures could.
     is_silenced: bool,
 }
@@ -34,13 +39,20 @@ impl Progress {
     /// - `rows`: where each texture is recorded, if anywhere.
     pub(super) fn new(rows: Option<Rows>, shard: Option<Shard>) -> Self {
         let (textures, fits) = (ProgressBar::hidden(), HashMap::new());
-        let state = State { textures, fits, rows, shard, is_silenced: false };
+        let state = State { textures, fits, rows, shard, written: Vec::new(), is_silenced: false };
         Self { start: Instant::now(), state: Mutex::new(state) }
     }
 
     /// Whether something of what was to be told on the way could not be written. The reason was printed.
     pub(super) fn is_silenced(&self) -> bool {
         self.state().is_silenced
+    }
+
+    /// The first outputs that were written, in order.
+    pub(super) fn written(&self) -> Vec<PathBuf> {
+        let mut written = self.state().written.clone();
+        written.sort_unstable();
+        written
     }
 
     fn state(&self) -> MutexGuard<'_, State> {
@@ -78,7 +90,12 @@ impl State {
             Event::FitProgress { source, progress } => {
                 self.fits.entry(source.to_path_buf()).or_default().show(progress);
             }
-            Event::TextureEnded { .. } => self.textures.inc(1),
+            Event::TextureEnded { output, result, .. } => {
+                self.textures.inc(1);
+                if result.is_ok() && self.written.len() < MAX_NAMED {
+                    self.written.push(output.to_path_buf());
+                }
+            }
             Event::TextureReport { source, output, notes, warnings, result } => {
                 if let Some(bar) = self.fits.remove(source) {
                     bar.finish();

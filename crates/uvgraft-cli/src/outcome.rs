@@ -1,0 +1,274 @@
+//! What a command tells beside its errors: its report, what it wrote and how to look at that. As text, reports
+//! go to standard output when they are made, and the rest to standard error; with --json all of it is one
+//! document on standard output, at the end.
+
+use std::borrow::Cow;
+use std::ffi::OsStr;
+use std::fmt::Display;
+use std::path::{Path, PathBuf};
+use std::sync::{Mutex, MutexGuard, PoisonError};
+
+use anyhow::Context;
+use serde::Serialize;
+
+use crate::terminal;
+
+/// The outcome of the command that this process runs.
+static OUTCOME: Mutex<Outcome> = Mutex::new(Outcome::new());
+
+/// More files than these are counted.
+const MAX_LISTED: usize = 4;
+
+struct Outcome {
+    is_json: bool,
+    is_quiet: bool,
+    program: String,
+    command: String,
+    written: Vec<String>,
+    look: Option<String>,
+    /// The fields of the report as JSON, without the braces around them.
+    report: String,
+    /// Results that have no other form than text.
+    text: String,
+    warnings: Vec<String>,
+    notes: Vec<String>,
+    errors: Vec<String>,
+}
+
+/// What `uvgraft` of a document holds, whatever the command.
+#[derive(Serialize)]
+struct Envelope<'a> {
+    version: &'static str,
+    command: &'a str,
+    ok: bool,
+    errors: &'a [String],
+    warnings: &'a [String],
+    notes: &'a [String],
+    written: &'a [String],
+    /// What the command prints without --json, for those that have no report.
+    #[serde(skip_serializing_if = "str::is_empty")]
+    text: &'a str,
+}
+
+/// A document before the fields of the report.
+#[derive(Serialize)]
+struct Head<'a> {
+    uvgraft: Envelope<'a>,
+}
+
+impl Outcome {
+    const fn new() -> Self {
+        Self {
+            is_json: false,
+            is_quiet: false,
+            program: String::new(),
+            command: String::new(),
+            written: Vec::new(),
+            look: None,
+            report: String::new(),
+            text: String::new(),
+            warnings: Vec::new(),
+            notes: Vec::new(),
+            errors: Vec::new(),
+        }
+    }
+
+    fn document(&self) -> anyhow::Result<String> {
+        let uvgraft = Envelope {
+            version: env!("CARGO_PKG_VERSION"),
+            command: &self.command,
+            ok: self.errors.is_empty(),
+            errors: &self.errors,
+            warnings: &self.warnings,
+            notes: &self.notes,
+            written: &self.written,
+            text: &self.text,
+        };
+        let head = terminal::json(&Head { uvgraft })?;
+        let head = head.trim_end_matches(['\n', ' ', '}']);
+        let separator = if self.report.is_empty() { "" } else { "," };
+        Ok(format!("{head}\n  }}{separator}{}\n}}\n", self.report))
+    }
+}
+
+fn outcome() -> MutexGuard<'static, Outcome> {
+    OUTCOME.lock().unwrap_or_else(PoisonError::into_inner)
+}
+
+/// Starts a command.
+///
+/// - `called`: how the program was called.
+/// - `command`: the command's name, with that of its subcommand.
+pub(crate) fn begin(called: &OsStr, command: String, is_json: bool, is_quiet: bool) {
+    let program = program(called);
+    *outcome() = Outcome { is_json, is_quiet, program, command, ..Outcome::new() };
+}
+
+/// Whether notes, progress and closing lines are left out.
+pub(crate) fn is_quiet() -> bool {
+    outcome().is_quiet
+}
+
+/// Whether there will be one document instead of text.
+pub(crate) fn is_json() -> bool {
+    outcome().is_json
+}
+
+/// Tells the result of a command.
+///
+/// - `document`: serialises as an object.
+///
+/// # Errors
+/// If it cannot be printed.
+pub(crate) fn report(
+    document: &impl Serialize,
+    text: impl FnOnce() -> String,
+) -> anyhow::Result<()> {
+    if !is_json() {
+        return terminal::print(&text());
+    }
+    // As it is written, not as values, in which a float of 32 bits would have the digits of 64.
+    let json = terminal::json(document)?;
+    let fields = json.strip_prefix('{').and_then(|rest| rest.strip_suffix("}\n"));
+    let fields = fields.context("a report must be an object")?;
+    fields.trim_end().clone_into(&mut outcome().report);
+    Ok(())
+}
+
+/// Keeps a result that has no other form than text for the document; `false` if it is to be printed.
+pub(crate) fn keep_text(text: &str) -> bool {
+    let mut outcome = outcome();
+    if outcome.is_json {
+        outcome.text += text;
+    }
+    outcome.is_json
+}
+
+/// Keeps a warning, a note or an error for the document.
+pub(crate) fn keep_message(kind: terminal::Kind, text: &str) {
+    let mut outcome = outcome();
+    if outcome.is_json {
+        match kind {
+            terminal::Kind::Warning => outcome.warnings.push(text.to_owned()),
+            terminal::Kind::Note => outcome.notes.push(text.to_owned()),
+            terminal::Kind::Error => outcome.errors.push(text.to_owned()),
+            terminal::Kind::Wrote | terminal::Kind::Look => {}
+        }
+    }
+}
+
+/// Tells that a file or a folder was written.
+pub(crate) fn wrote(path: &Path) {
+    outcome().written.push(path.display().to_string());
+}
+
+/// Tells one way to look at what was written: a command of this program.
+///
+/// - `words`: its arguments.
+pub(crate) fn look_by(words: &[&dyn Display]) {
+    let command = command(words);
+    outcome().look = Some(command);
+}
+
+/// A command of this program as one types it in the same folder and with the same path.
+///
+/// - `words`: its arguments.
+pub(crate) fn command(words: &[&dyn Display]) -> String {
+    let program = outcome().program.clone();
+    let words = words.iter().map(ToString::to_string);
+    let words: Vec<String> = std::iter::once(program).chain(words).collect();
+    words.iter().map(|word| shell_word(word)).collect::<Vec<_>>().join(" ")
+}
+
+/// How this program is called: by its name if that is what the path finds, or as it was called.
+fn program(called: &OsStr) -> String {
+    let path = Path::new(called);
+    let is_same = |folder: PathBuf| {
+        path.file_name().is_some_and(|name| {
+            let found = folder.join(name).canonicalize();
+            found.is_ok_and(|found| path.canonicalize().is_ok_and(|called| called == found))
+        })
+    };
+    let variable = std::env::var_os("PATH").unwrap_or_default();
+    match std::env::split_paths(&variable).any(is_same) {
+        true => path.file_name().unwrap_or(called).display().to_string(),
+        false => called.display().to_string(),
+    }
+}
+
+/// A word as shells read it.
+fn shell_word(word: &str) -> Cow<'_, str> {
+    let is_plain =
+        |character: char| character.is_alphanumeric() || "_-./,:=+@%".contains(character);
+    match !word.is_empty() && word.chars().all(is_plain) {
+        true => word.into(),
+        false => format!("'{}'", word.replace('\'', r"'\''")).into(),
+    }
+}
+
+/// Ends a command: prints what was written and how to look at it, or the document.
+///
+/// # Errors
+/// If the document cannot be printed.
+pub(crate) fn end() -> anyhow::Result<()> {
+    let mut outcome = outcome();
+    if outcome.is_json {
+        let document = outcome.document()?;
+        drop(outcome);
+        return terminal::print_document(&document);
+    }
+    let (written, look) = (std::mem::take(&mut outcome.written), outcome.look.take());
+    let is_silent = outcome.is_quiet || written.is_empty() || !outcome.errors.is_empty();
+    drop(outcome);
+    if is_silent {
+        return Ok(());
+    }
+    let listed = match written.len() {
+        0..=MAX_LISTED => written.join(", "),
+        count => format!("{} and {} more files", written[0], count - 1),
+    };
+    terminal::message(terminal::Kind::Wrote, listed);
+    if let Some(look) = look {
+        terminal::message(terminal::Kind::Look, look);
+    }
+    Ok(())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn words_are_quoted_where_shells_need_it() {
+        let words =
+            ["me.glb", "a b.png", "it's", "", "me.glb#Head", "gesicht_ä.png"].map(shell_word);
+        let wanted = ["me.glb", "'a b.png'", r"'it'\''s'", "''", "'me.glb#Head'", "gesicht_ä.png"];
+        assert_eq!(words, wanted);
+    }
+
+    #[test]
+    fn documents_have_one_envelope() {
+        let mut outcome = Outcome {
+            command: "compare".to_owned(),
+            warnings: vec!["a".to_owned()],
+            written: vec!["h.png".to_owned()],
+            text: "1 of 2\n".to_owned(),
+            ..Outcome::new()
+        };
+        outcome.report = "\n  \"regions\": 3".to_owned();
+        let document = |outcome: &Outcome| -> serde_json::Value {
+            serde_json::from_str(&outcome.document().unwrap()).unwrap()
+        };
+        let wanted = serde_json::json!({
+            "regions": 3,
+            "uvgraft": {
+                "version": env!("CARGO_PKG_VERSION"), "command": "compare", "ok": true, "errors": [],
+                "warnings": ["a"], "notes": [], "written": ["h.png"], "text": "1 of 2\n",
+            },
+        });
+        assert_eq!(document(&outcome), wanted);
+        outcome.errors.push("b".to_owned());
+        outcome.report.clear();
+        assert_eq!(document(&outcome)["uvgraft"]["ok"], false);
+    }
+}
