@@ -36,7 +36,7 @@ else
     "$cargo" build --release --locked -p uvgraft-cli --target "$target" --target-dir "$build"
   name="uvgraft-$version-$target"
   mkdir -p "$dist/$name"
-  cp "$build/$target/release/uvgraft" README.md CHANGELOG.md LICENSE-MIT LICENSE-APACHE "$dist/$name/"
+  cp "$build/$target/release/uvgraft" README.md CHANGELOG.md LICENSE-MIT LICENSE-APACHE LICENSE-OFL "$dist/$name/"
   "$dist/$name/uvgraft" man "$dist/$name/man"
   tar --sort=name --mtime="@$SOURCE_DATE_EPOCH" --owner=0 --group=0 --numeric-owner --mode=go-w \
     -C "$dist" -cf - "$name" | gzip -9n >"$dist/$name.tar.gz"

@@ -26,7 +26,8 @@ fn the_program_and_what_files_state() {
         assert!(line.ends_with(&format!(" {value}")), "{line}");
     }
     let json: serde_json::Value = serde_json::from_str(&bench.succeed("doctor --json")).unwrap();
-    assert_eq!(json[0], serde_json::json!({ "name": "version", "value": version }));
+    assert_eq!(json["uvgraft"]["command"], "doctor");
+    assert_eq!(json["rows"][0], serde_json::json!({ "name": "version", "value": version }));
     bench.refuse("doctor source.obj", &["source.obj: must be a pair (.uvpair)"]);
     bench.refuse("doctor none.uvpair", &["none.uvpair: "]);
 }

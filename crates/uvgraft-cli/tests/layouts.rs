@@ -36,7 +36,8 @@ fn the_known_layouts_are_listed() {
         assert!(text.contains(wanted), "{wanted} in:\n{text}");
     }
     let meshes = json(&bench.succeed("layouts --json"));
-    let flame = meshes.as_array().unwrap().iter().find(|mesh| mesh["name"] == "FLAME").unwrap();
+    let flame =
+        meshes["meshes"].as_array().unwrap().iter().find(|mesh| mesh["name"] == "FLAME").unwrap();
     assert_eq!(flame["editions"][0]["vertices"], 5_023);
     assert_eq!(flame["editions"][0]["fingerprint"].as_str().unwrap().len(), 16);
     assert_eq!(flame["layouts"][1]["uv_coordinates"], 5_150);

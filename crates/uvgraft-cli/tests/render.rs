@@ -233,3 +233,42 @@ fn what_is_no_avatar_is_refused() {
         bench.refuse(&format!("render {args}"), wanted);
     }
 }
+
+#[test]
+fn meshes_are_shown_with_one_texture_or_two_side_by_side() {
+    let bench = Bench::new();
+    bench.draw("red.png", (8, 8), |_, _| [255, 0, 0]);
+    bench.draw("blue.jpg", (8, 8), |_, _| [0, 0, 255]);
+    let options = "--unlit --azimuth 0 --elevation 0 --size 40x40";
+    // The pair has both meshes, and a part is one too.
+    for mesh in ["target.obj", "my.uvpair", "my.uvpair#target"] {
+        bench.succeed(&format!("render {mesh} -t red.png -t blue.jpg {options} -o both.png"));
+        let both = bench.texture("both.png");
+        assert_eq!(both.size(), Size::new(80, 40));
+        let [red, blue] = [(20, 20), (60, 20)].map(|(x, y)| texel_u8(&both, x, y));
+        assert_eq!(red, [255, 0, 0], "{mesh}");
+        // JPEG changes colours a little.
+        assert!(blue[2] > 250 && blue[0] < 5, "{mesh}: {blue:?}");
+    }
+    let run = bench.run(&format!("render source.obj {options} -o grey.png"));
+    let wanted = "note: source.obj: shown in grey; --texture shows a texture on it\n";
+    assert_eq!((run.code, &*run.stderr), (Some(0), wanted));
+    assert_eq!(texel_u8(&bench.texture("grey.png"), 20, 20), [180; 3]);
+    // A model's own texture is replaced.
+    bench.write("me.glb", Strip::new().glb());
+    bench.succeed(&format!("render me.glb -t red.png {options} -o red_me.png"));
+    assert_eq!(texel_u8(&bench.texture("red_me.png"), 25, 20), [255, 0, 0]);
+    for (args, wanted) in [
+        (
+            "my.uvpair#middle",
+            "my.uvpair: the side of a pair must be source or target, got \"middle\"",
+        ),
+        ("target.obj -t red.png -t red.png -t red.png", "--texture must be given at most 2 times"),
+        ("target.obj -t target.obj", "target.obj: not a supported image"),
+        ("target.obj --motion", "target.obj: the file has no animations"),
+        ("red.png", "red.png: not an OBJ file"),
+        ("target.obj -t red.png --memory 1K", "--memory allows 0"),
+    ] {
+        bench.refuse(&format!("render {args} -o out.png"), &[wanted]);
+    }
+}

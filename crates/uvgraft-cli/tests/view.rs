@@ -1,5 +1,7 @@
 //! `uvgraft view`: the page it writes, and rejected input.
 
+use base64::Engine as _;
+use uvgraft_gltf::scene::Scene;
 use uvgraft_tests::mannequin;
 use uvgraft_tests::strip::Strip;
 use uvgraft_viewer::PAGE;
@@ -24,7 +26,8 @@ fn writes_one_page_beside_the_avatar() {
         return;
     };
     assert_eq!(run.code, Some(0), "{}", run.stderr);
-    assert_eq!((&*run.stdout, &*run.stderr), ("wrote me.html\n", ""));
+    assert_eq!((&*run.stdout, &*run.stderr), ("", ""));
+    assert_eq!(run.closing, "wrote: me.html\n");
     let page = String::from_utf8(bench.bytes("me.html")).unwrap();
     assert!(page.contains("<title>me.glb</title>"));
     assert_eq!(page.matches("<script>").count(), empty.matches("<script>").count());
@@ -126,4 +129,24 @@ fn refuses_what_it_cannot_show() {
         assert!(run.stderr.contains(wanted), "{args}: {}", run.stderr);
         assert_eq!(bench.content(), before, "{args}");
     }
+}
+
+#[test]
+fn a_mesh_is_shown_once_for_each_texture() {
+    if PAGE.is_none() {
+        return;
+    }
+    let bench = Bench::new();
+    bench.draw("before.png", (8, 8), |_, _| [255, 0, 0]);
+    bench.draw("after.tif", (8, 8), |_, _| [0, 0, 255]);
+    bench.succeed("view target.obj -t before.png -t after.tif --no-open");
+    let page = String::from_utf8(bench.bytes("target.html")).unwrap();
+    assert!(page.contains("<title>target.obj</title>") && page.contains(r#""textures":[]"#));
+    let model = page.split("\">Z2xURg").nth(1).and_then(|rest| rest.split('<').next()).unwrap();
+    let model = base64::prelude::BASE64_STANDARD.decode(format!("Z2xURg{}", model.trim())).unwrap();
+    let scene = Scene::read(&model).unwrap();
+    assert_eq!((scene.materials().len(), scene.textures().len()), (3, 2));
+    // The page of a part has its name.
+    bench.succeed("view my.uvpair#source -t before.png --no-open");
+    assert!(bench.exists("my.uvpair_source.html"));
 }

@@ -43,9 +43,14 @@ impl dyn Observer + '_ {
         self.event(Event::Warning(&text.to_string()));
     }
 
-    /// Names the step that begins.
-    pub fn step(&self, name: &str) {
-        self.event(Event::Step(name));
+    /// Names the step that begins, unless the caller cancelled the work before it.
+    ///
+    /// # Errors
+    /// As [`check`](Self::check).
+    pub fn begin(&self, step: &str) -> Result<()> {
+        self.check()?;
+        self.event(Event::Step(step));
+        Ok(())
     }
 
     /// Ends the work between two steps if the caller cancelled it.

@@ -48,8 +48,8 @@ impl RiggedBody {
             Body::Figure => Self::figure(request, mesh, &recordings, observer)?,
             Body::Model(model) => Self::model(request, model, mesh, &recordings, observer)?,
         };
-        observer.check()?;
         if let Some(model) = &request.expressions {
+            observer.begin("carrying the expressions")?;
             carried::add(model, &mut body, observer)?;
         }
         Ok(body)
@@ -140,7 +140,7 @@ impl RiggedBody {
         let (mut apart, mut grounds) = (Vec::new(), Vec::new());
         let performers = Performers::Of { model: &model, gender, body: &shaped };
         for recording in recordings {
-            observer.check()?;
+            observer.begin("retargeting the motions")?;
             grounds.push(recording.add(&request.motions, &mut avatar, &performers, observer)?);
             if let Some(clip) = avatar.clips.last().filter(|_| model.has_correctives()) {
                 apart.push((clip.name.clone(), shaped.deviation(&avatar, clip).or_work()?));

@@ -76,9 +76,9 @@ impl AvatarRequest {
         let plan = Plan::new(self)?;
         Plan::warn(self, observer);
         let ingredients = Ingredients::gather(self, &plan, observer)?;
-        observer.check()?;
+        observer.begin("laying the face onto the body")?;
         let assembled = Assembled::new(self, &plan, ingredients, observer)?;
-        observer.check()?;
+        observer.begin("writing the avatar")?;
         assembled.finish(self, plan, observer)
     }
 }

@@ -34,7 +34,7 @@ mod tests {
     fn rows_of_all_pictures_follow_each_other() {
         let picture = |values: &[u8]| {
             let texels = Texels::U8(values.to_vec());
-            Texture::new(Size::new(1, 2), Channels::Gray, Encoding::Srgb, texels).unwrap()
+            Texture::new(Size::new(1, 2), Channels::Grey, Encoding::Srgb, texels).unwrap()
         };
         let both = joined(vec![picture(&[1, 2]), picture(&[3, 4])]).unwrap();
         assert_eq!(both.size(), Size::new(2, 2));

@@ -88,14 +88,14 @@ impl MadeSelfie {
             Some(space) => head.with_model(space),
             None => head,
         };
-        observer.check()?;
+        observer.begin("fitting the head to the photographs")?;
         let fit = fitted(&head, &photos, &pixels, flame.as_ref())?.ok_or_else(|| {
             Failure::input(format!("{name}: its head does not fit the face in the photographs"))
         })?;
         let windows =
             photos.iter().zip(&fit.photos).map(|(photo, fitted)| photo.window.fitted(fitted));
         let of_windows = Fit { shaped: fit.shaped.clone(), photos: windows.collect() };
-        observer.check()?;
+        observer.begin("making the texture")?;
         let mut texturing = TextureOptions::default();
         (texturing.size, texturing.relight) = (size, options.relight);
         let made = textured(&head, &of_windows, &pixels, &texturing).or_input()?;
@@ -170,7 +170,7 @@ fn read(
 ) -> Result<(Vec<Photo>, Vec<Texture>)> {
     let most = MOST_PIXELS / frames.iter().count().max(1);
     let photos = frames.iter().map(|frame| {
-        observer.check()?;
+        observer.begin("finding the face")?;
         Photo::read(frame, networks, options, most, observer)
     });
     if let Frames::Files(_) = frames {

@@ -34,7 +34,10 @@ pub struct Bench {
 pub struct Run {
     pub code: Option<i32>,
     pub stdout: String,
+    /// Without the closing lines.
     pub stderr: String,
+    /// The lines that say what was written and how to look at it.
+    pub closing: String,
 }
 
 impl Bench {
@@ -198,10 +201,16 @@ impl Bench {
 
     pub fn run_args(&self, args: &[&str]) -> Run {
         let output = self.command().args(args).stdin(Stdio::null()).output().unwrap();
+        let stderr = String::from_utf8(output.stderr).unwrap();
+        let lines = stderr.split_inclusive('\n');
+        let is_closing =
+            |line: &&str| ["wrote: ", "look at it: "].iter().any(|it| line.starts_with(it));
+        let (closing, stderr): (Vec<&str>, Vec<&str>) = lines.partition(is_closing);
         Run {
             code: output.status.code(),
             stdout: String::from_utf8(output.stdout).unwrap(),
-            stderr: String::from_utf8(output.stderr).unwrap(),
+            stderr: stderr.concat(),
+            closing: closing.concat(),
         }
     }
 
