@@ -194,7 +194,7 @@ mod tests {
             let x = || drawn[index].positions.iter().map(|position| position[0]);
             [x().fold(f32::MAX, f32::min), x().fold(f32::MIN, f32::max)]
         };
-        assert_eq!([span(0), span(1)], [[-0.55 - 0.5 + 0.5, 0.45], [0.55, 1.55]]);
+        assert_eq!([span(0), span(1)], [[-0.55, 0.45], [0.55, 1.55]]);
         let names: Vec<_> = drawn.iter().map(|it| &*scene.materials()[it.material].name).collect();
         assert_eq!(names, ["10.png", "200.png"]);
         let colors: Vec<_> = scene.textures().iter().map(|it| it.texels().clone()).collect();

@@ -296,8 +296,9 @@ fn inputs_and_folders_that_change() {
             bench.make_folder("there");
             bench.write("there/out.png", "old");
             let mut command = bench.command();
-            command
-                .args("transfer my.uvpair face.png --onto large.png -o there/out.png".split(' '));
+            command.args(
+                "transfer my.uvpair face.png --onto large.png -o there/out.png -q".split(' '),
+            );
             let program = command.stdin(Stdio::null()).stderr(Stdio::piped()).spawn().unwrap();
             std::thread::sleep(Duration::from_millis(wait_ms));
             change(what, &bench.path("large.png"));

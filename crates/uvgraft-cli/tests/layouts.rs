@@ -176,7 +176,7 @@ fn avatars_are_described() {
 #[test]
 fn bad_input_is_refused() {
     let bench = Bench::new();
-    bench.refuse("inspect mesh my.uvpair", &["my.uvpair", "not an OBJ file"]);
+    bench.refuse("inspect mesh ids.npy", &["ids.npy: "]);
     bench.refuse("inspect mesh none.obj", &["none.obj"]);
     bench.refuse("inspect mesh target.obj --preview layout.txt", &["layout.txt", "image"]);
     bench.refuse("inspect target.obj", &["target.obj", "not a pair file", "`inspect mesh`"]);

@@ -80,7 +80,11 @@ fn the_report_reads_well_and_inspect_repeats_it() {
 
     assert_eq!(bench.succeed(&format!("inspect new.uvpair {SIZES}")), report);
     let mut as_json = json(&bench.succeed(&format!("{PAIR} {SIZES} --json")));
-    let inspected = json(&bench.succeed(&format!("inspect new.uvpair {SIZES} --json")));
+    let mut inspected = json(&bench.succeed(&format!("inspect new.uvpair {SIZES} --json")));
+    let [of_pair, of_inspect] = [&mut as_json, &mut inspected]
+        .map(|document| document.as_object_mut().unwrap().remove("uvgraft").unwrap());
+    assert_eq!(of_pair["written"], serde_json::json!(["new.uvpair"]));
+    assert_eq!((&of_inspect["command"], &of_inspect["written"]), (&"inspect".into(), &[].into()));
     let fields = as_json.as_object_mut().unwrap();
     assert_eq!(fields.remove("linked_by").unwrap(), "vertex_map");
     assert_eq!(fields.remove("not_linked_by").unwrap(), serde_json::json!([]));

@@ -189,7 +189,7 @@ fn what_is_no_avatar_is_refused() {
     for (args, wanted) in [
         ("none.glb -o a.png", &["none.glb: ", "No such file"][..]),
         ("cut.glb -o a.png", &["cut.glb: ", "truncated"]),
-        ("empty.glb -o a.png", &["empty.glb: ", "not a glTF file"]),
+        ("empty.glb -o a.png", &["empty.glb: ", "empty"]),
         ("prose.glb -o a.png", &["prose.glb: ", "not a glTF file", "This is "]),
         ("cycle.glb -o a.png", &["cycle.glb: node 0", "its own ancestor"]),
         ("joint.glb -o a.png", &["joint.glb: node 2", "uses joint 7, but skin 0 has 2"]),
@@ -237,11 +237,14 @@ fn what_is_no_avatar_is_refused() {
 #[test]
 fn meshes_are_shown_with_one_texture_or_two_side_by_side() {
     let bench = Bench::new();
+    let square = "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nvt 0 0\nvt 1 0\nvt 1 1\nvt 0 1\no all\nf 1/1 2/2 3/3 4/4\n";
+    bench.write("square.obj", square);
+    bench.succeed("pair square.obj square.obj -o square.uvpair");
     bench.draw("red.png", (8, 8), |_, _| [255, 0, 0]);
     bench.draw("blue.jpg", (8, 8), |_, _| [0, 0, 255]);
     let options = "--unlit --azimuth 0 --elevation 0 --size 40x40";
     // The pair has both meshes, and a part is one too.
-    for mesh in ["target.obj", "my.uvpair", "my.uvpair#target"] {
+    for mesh in ["square.obj", "square.obj#all", "square.uvpair", "square.uvpair#source"] {
         bench.succeed(&format!("render {mesh} -t red.png -t blue.jpg {options} -o both.png"));
         let both = bench.texture("both.png");
         assert_eq!(both.size(), Size::new(80, 40));
@@ -250,8 +253,8 @@ fn meshes_are_shown_with_one_texture_or_two_side_by_side() {
         // JPEG changes colours a little.
         assert!(blue[2] > 250 && blue[0] < 5, "{mesh}: {blue:?}");
     }
-    let run = bench.run(&format!("render source.obj {options} -o grey.png"));
-    let wanted = "note: source.obj: shown in grey; --texture shows a texture on it\n";
+    let run = bench.run(&format!("render square.obj {options} -o grey.png"));
+    let wanted = "note: square.obj: shown in grey; --texture shows a texture on it\n";
     assert_eq!((run.code, &*run.stderr), (Some(0), wanted));
     assert_eq!(texel_u8(&bench.texture("grey.png"), 20, 20), [180; 3]);
     // A model's own texture is replaced.
@@ -260,14 +263,14 @@ fn meshes_are_shown_with_one_texture_or_two_side_by_side() {
     assert_eq!(texel_u8(&bench.texture("red_me.png"), 25, 20), [255, 0, 0]);
     for (args, wanted) in [
         (
-            "my.uvpair#middle",
-            "my.uvpair: the side of a pair must be source or target, got \"middle\"",
+            "square.uvpair#middle",
+            "square.uvpair: the side of a pair must be source or target, got \"middle\"",
         ),
-        ("target.obj -t red.png -t red.png -t red.png", "--texture must be given at most 2 times"),
-        ("target.obj -t target.obj", "target.obj: not a supported image"),
-        ("target.obj --motion", "target.obj: the file has no animations"),
+        ("square.obj -t red.png -t red.png -t red.png", "--texture must be given at most 2 times"),
+        ("square.obj -t square.obj", "square.obj: not a supported image"),
+        ("square.obj --motion", "square.obj: the file has no animations"),
         ("red.png", "red.png: not an OBJ file"),
-        ("target.obj -t red.png --memory 1K", "--memory allows 0"),
+        ("square.obj -t red.png --memory 1K", "--memory allows 0"),
     ] {
         bench.refuse(&format!("render {args} -o out.png"), &[wanted]);
     }

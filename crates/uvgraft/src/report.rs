@@ -118,8 +118,15 @@ impl PairReport {
             })
             .collect();
         let texels = (sizes.to.texels() as f64 / sizes.from.texels() as f64).sqrt();
-        let forward = areas.iter().map(|[source, target]| (target / source).abs().sqrt() * texels);
-        let reverse = areas.iter().map(|[source, target]| (source / target).abs().sqrt() / texels);
+        // Rounding decides the area of what has less than a thousandth of a texel in either layout: clipped
+        // triangles have slivers, and some triangles no area.
+        let has_area = |[source, target]: &&[f64; 2]| {
+            let halves = [source * sizes.from.texels() as f64, target * sizes.to.texels() as f64];
+            halves.iter().all(|doubled| doubled.abs() > 2e-3)
+        };
+        let dense = || areas.iter().filter(has_area);
+        let forward = dense().map(|[source, target]| (target / source).abs().sqrt() * texels);
+        let reverse = dense().map(|[source, target]| (source / target).abs().sqrt() / texels);
         Self {
             source: LayoutReport::new(pair, Direction::Reverse, sizes.from),
             target: LayoutReport::new(pair, Direction::Forward, sizes.to),

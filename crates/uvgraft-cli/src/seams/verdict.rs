@@ -54,6 +54,8 @@ pub(super) struct Verdict {
     /// Whether the face has the body's tone.
     tone: Option<bool>,
     #[serde(skip)]
+    has_head: bool,
+    #[serde(skip)]
     figures: [Option<[StepStatistics; 2]>; 2],
 }
 
@@ -68,11 +70,12 @@ impl Verdict {
             both.as_ref().map(|[edges, beside]| Visibility::of(edges, beside))
         };
         let [boundary, uv_seams] = figures.each_ref().map(visibility);
+        let has_head = tone.is_some();
         let tone = tone.and_then(|tone| {
             let is_known = tone.excess().is_some() || tone.is_clipped();
             is_known.then(|| tone.matches_body() && !tone.is_clipped())
         });
-        Self { boundary, uv_seams, tone, figures }
+        Self { boundary, uv_seams, tone, has_head, figures }
     }
 
     /// The lines of a report.
@@ -94,6 +97,9 @@ impl Verdict {
                 None => "none measured".to_owned(),
             };
             text += &format!("  {name:<24} {words}\n");
+        }
+        if !self.has_head {
+            return text;
         }
         let tone = match self.tone {
             Some(true) => "matches the body's",
@@ -137,6 +143,7 @@ mod tests {
             boundary: Some(Visibility::InPlaces),
             uv_seams: None,
             tone: Some(false),
+            has_head: true,
             figures: [Some([steps(0.5, 3.5), steps(0.4, 1.1)]), None],
         };
         assert_eq!(
@@ -146,5 +153,7 @@ mod tests {
              UV seams in the region   none measured\n  \
              tone of the face         does not match the body's\n"
         );
+        let without_head = Verdict { has_head: false, tone: None, ..verdict };
+        assert!(!without_head.text().contains("tone"));
     }
 }

@@ -241,6 +241,12 @@ pub(crate) fn run(args: &Args) -> anyhow::Result<ExitCode> {
     Ok(done.worst().or(unsaid).map_or(ExitCode::SUCCESS, exit_code_of))
 }
 
+/// The transfer alone: nothing is told, neither of the textures nor of what was written.
+pub(crate) fn run_silently(args: &Args) -> anyhow::Result<()> {
+    let done = args.checked_transfer()?.run(&())?;
+    done.failures.into_iter().next().map_or(Ok(()), |failure| Err(failure.into()))
+}
+
 impl Args {
     /// Tells what was written, and how to look at the first of it: on the mesh, if it has colours.
     fn tell(&self, progress: &Progress, done: &Transferred) {
