@@ -109,7 +109,7 @@ fn untyped<'py>(given: &Bound<'py, PyAny>, what: &str) -> PyResult<Bound<'py, Py
     } else if !given.hasattr(intern!(py, "__array__"))? {
         let found = given.get_type().name()?.to_string();
         return Err(bad_type(format_args!(
-            "{what} must be a NumPy array, a PIL image or the path of an image, got {found}"
+            "{what} must be a NumPy array, a PIL image or a path, got {found}"
         )));
     }
     let array = py.import(intern!(py, "numpy"))?.call_method1(intern!(py, "asarray"), (given,))?;
@@ -243,7 +243,7 @@ pub(crate) fn numbers<T: Element + Copy + Send + Sync>(
     let array = array.cast_into::<PyUntypedArray>()?;
     let found = array.dtype().kind();
     let is_right = match dtype {
-        "float32" => matches!(found, b'f' | b'i' | b'u'),
+        "float32" | "float64" => matches!(found, b'f' | b'i' | b'u'),
         _ => matches!(found, b'i' | b'u'),
     };
     // An empty list is an array of floats to NumPy.

@@ -1,5 +1,7 @@
 //! Meshes of other packages, such as trimesh, by the names of their attributes.
 
+use std::path::PathBuf;
+
 use pyo3::intern;
 use pyo3::prelude::*;
 use uvgraft::Mesh;
@@ -33,23 +35,25 @@ pub(crate) fn converted(given: &Bound<'_, PyAny>, what: &str) -> PyResult<Option
     let visual = given.getattr_opt(intern!(py, "visual"))?;
     let uv = visual.map(|visual| visual.getattr_opt(intern!(py, "uv"))).transpose()?.flatten();
     let Some(uv) = uv.filter(|uv| !uv.is_none()) else {
-        return Err(failed(format_args!("{name}: {what} must have UV coordinates (visual.uv)")));
+        return Err(failed(format_args!("{name}: a mesh must have UV coordinates (visual.uv)")));
     };
     let of = |attribute: &str| format!("{what}.{attribute}");
     let positions = rows::<f32, 3>(&vertices, &of("vertices"), "float32")?;
     let faces = rows::<i64, 3>(&faces, &of("faces"), "int64")?;
     let faces = indices(&faces, &of("faces"))?;
-    // As in OBJ files; trimesh turns those of glTF files over.
-    let uv = rows::<f32, 2>(&uv, &of("visual.uv"), "float32")?;
-    let uv = uv.into_iter().map(|[u, v]| [u, 1.0 - v]).collect();
+    // V is up, as in OBJ files, also of glTF files. Rounded once, as by the reader of OBJ files, to which maps are
+    // equal then.
+    let uv = rows::<f64, 2>(&uv, &of("visual.uv"), "float64")?;
+    let uv = uv.into_iter().map(|[u, v]| [u as f32, (1.0 - v) as f32]).collect();
     let mesh = Mesh::from_triangles(positions, uv, &faces, &faces)
         .map_err(|error| failed(format_args!("{name}: {error}")))?;
     Ok(Some(LoadedMesh { mesh, name, without_uv: WithoutUv::default() }))
 }
 
-/// The file that trimesh has read an object from, without its folder.
+/// The file that trimesh has read an object from, without its folder. Which attribute has it depends on the version.
 fn file_name(given: &Bound<'_, PyAny>) -> Option<String> {
-    let metadata = given.getattr("metadata").ok()?;
-    let name: String = metadata.get_item("file_name").ok()?.extract().ok()?;
-    Some(name).filter(|name| !name.is_empty())
+    let of_source = || given.getattr("source")?.getattr("file_path")?.extract::<PathBuf>();
+    let of_metadata = || given.getattr("metadata")?.get_item("file_name")?.extract::<PathBuf>();
+    let path = of_source().or_else(|_| of_metadata()).ok()?;
+    Some(path.file_name()?.to_string_lossy().into_owned())
 }

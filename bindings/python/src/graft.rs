@@ -12,7 +12,8 @@ use uvgraft::layout_match::LayoutProbe;
 use uvgraft::{
     Averaging, Blend, BlendDomain, BlendOptions, Choice, Content, Direction, Encoding, Filter,
     FitOptions, FitProgress, FitSummary, Graft as CoreGraft, Labels, MapOptions, NormalY, Overlap,
-    Overlay, Pair as CorePair, Prefer, Size, Sizes, TexelFormat, Texture, Tone, ToneCorrection,
+    Overlay, Pair as CorePair, Prefer, Size, Sizes, TexelFormat, Texels, Texture, Tone,
+    ToneCorrection,
 };
 use uvgraft_io::pair_file::PairFile;
 use uvgraft_pipeline::{BlendMode, CheckedPair, LayoutChecks, ToneSide};
@@ -116,6 +117,10 @@ enum GivenBase<'a, 'py> {
     Decoded(Base),
 }
 
+/// Colours of surfaces are at most white, 1.0; light that is added to them is brighter in a few places. Of
+/// photographs that were not divided by 255, all but their blackest values are above this.
+const BEYOND_WHITE: f32 = 2.0;
+
 /// What all grafts of a transfer share, whatever their sizes.
 struct Settings {
     pair: Arc<CorePair>,
@@ -162,7 +167,7 @@ impl Graft {
             None => PyDict::new(py),
         };
         let given = Options::new(&options)?;
-        given.make(&pair::pair(pair)?, options.unbind())
+        given.make(&pair::pair(pair, "a Pair or a path")?, options.unbind())
     }
 
     /// Lay a texture over a base, or each of several.
@@ -193,8 +198,8 @@ impl Graft {
     /// -----
     /// UserWarning
     ///     If no tone can be matched, or a tone is implausible; for NaN and infinite values, which are
-    ///     left out; if `texture` or `base` was plainly made for another layout. Each names the
-    ///     texture: its file, or ``texture``, or ``texture[3]`` of several.
+    ///     left out; for floats that seem to be from 0 to 255; if `texture` or `base` was plainly made for
+    ///     another layout. Each names the texture: its file, or ``texture``, or ``texture[3]`` of several.
     ///
     /// Raises
     /// ------
@@ -513,7 +518,8 @@ impl Graft {
             ))),
             (Some(to), _) | (None, Some(to)) => Ok(Sizes { from, to }),
             (None, None) => Err(bad_value(
-                "without a base image the result must have a size: Graft(pair, size=2048)",
+                "without a base image the result must have a size, such as size=2048, in Graft() or \
+                 transfer()",
             )),
         }
     }
@@ -717,7 +723,14 @@ impl Graft {
     fn finite(&self, texture: Texture, name: &Path) -> (Texture, Vec<String>) {
         let texture = self.reinterpreted(texture);
         let (texture, warning) = uvgraft_pipeline::without_non_finite(texture, name);
-        (texture, warning.into_iter().collect())
+        let beyond = (self.settings.content == Content::Color && is_beyond_white(&texture)).then(|| {
+            format!(
+                "{}: most values are above {BEYOND_WHITE}, where 1.0 is white; those from 0 to 255 must be \
+                 divided by 255",
+                name.display()
+            )
+        });
+        (texture, warning.into_iter().chain(beyond).collect())
     }
 
     /// A warning of a texture that was not made for the layout that is read.
@@ -778,6 +791,13 @@ impl Graft {
         warnings.extend(toning.iter().flat_map(|toning| toning.report().warnings()));
         Ok((toning, warnings))
     }
+}
+
+/// Whether most values of a texture of floats are so far beyond white that they are likely to be those of
+/// another range, such as 0 to 255.
+fn is_beyond_white(texture: &Texture) -> bool {
+    let Texels::F32(values) = texture.texels() else { return false };
+    2 * values.iter().filter(|&&value| value > BEYOND_WHITE).count() > values.len()
 }
 
 /// The options of a graft as they were given.

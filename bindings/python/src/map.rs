@@ -53,7 +53,7 @@ impl SamplingMap {
         let size = crate::arguments::size("size", size)?;
         let options = options(gutter, chosen("prefer", prefer)?)?;
         let threads = threads::checked(threads)?;
-        let pair = Arc::clone(&pair::pair(pair)?.get().file.pair);
+        let pair = Arc::clone(&pair::pair(pair, "a Pair or a path")?.get().file.pair);
         let map =
             threads::run(py, threads, || CoreMap::new(&pair, direction(reverse), size, &options))?;
         Ok(Self { map: Arc::new(map), threads })

@@ -119,13 +119,15 @@ impl Pair {
 
 /// A pair from an object or the path of a pair file.
 ///
+/// - `wanted`: what an argument must be that is neither.
+///
 /// # Errors
 /// `TypeError` for anything else, and those of [`Pair::load`].
-pub(crate) fn pair<'py>(given: &Bound<'py, PyAny>) -> PyResult<Bound<'py, Pair>> {
+pub(crate) fn pair<'py>(given: &Bound<'py, PyAny>, wanted: &str) -> PyResult<Bound<'py, Pair>> {
     if let Ok(pair) = given.cast::<Pair>() {
         return Ok(pair.clone());
     }
-    let path = extracted::<PathBuf>(given, "pair", "a Pair or the path of a pair file")?;
+    let path = extracted::<PathBuf>(given, "pair", wanted)?;
     Bound::new(given.py(), Pair::load(given.py(), path)?)
 }
 

@@ -125,7 +125,7 @@ pub(crate) fn seams<'py>(
 fn pair_of<'py>(given: &Bound<'py, PyAny>, reverse: bool) -> PyResult<(Bound<'py, Pair>, bool)> {
     let py = given.py();
     if given.cast::<Graft>().is_err() {
-        return Ok((pair::pair(given)?, reverse));
+        return Ok((pair::pair(given, "a Pair, a path or a Graft")?, reverse));
     }
     if reverse {
         return Err(bad_value("reverse is for a Pair; a Graft has its own direction"));

@@ -9,9 +9,9 @@ The main steps::
     body = graft.apply("face.png", "body.png")  # for any number of faces, from any thread
     uvgraft.write_image("body_with_face.png", body)
 
-In one call, for a single texture::
+Or in one call::
 
-    body = uvgraft.transfer("head.obj", "body.obj", "face.png", "body.png", blend="membrane")
+    body = uvgraft.transfer("head.obj", "body.obj", "face.png", "body.png", vertex_map="ids.npy")
 
 Textures are NumPy arrays of shape ``(height, width)`` or ``(height, width, channels)`` with 1 to 4
 channels (grey, grey and alpha, RGB, RGBA; alpha is not premultiplied), row 0 at the top, with dtype

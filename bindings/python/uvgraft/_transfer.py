@@ -6,7 +6,6 @@ import os
 from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any, Literal, TypedDict, overload
 
-import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from uvgraft._region import Region
@@ -96,7 +95,8 @@ def transfer(
     threads: int | None = None,
     **options: Unpack[PairingOptions],
 ) -> Any: ...
-def transfer(
+# With a pair, arguments by position are one place to the left of their names.
+def transfer(  # type: ignore[misc]
     source: Any,
     target: Any = None,
     texture: Any = None,
@@ -109,8 +109,8 @@ def transfer(
 ) -> NDArray[Any] | list[NDArray[Any]]:
     """Transfer a texture, or several, from one mesh to another in a single call.
 
-    It is short for ``Graft(Pair(source, target), ...).apply(texture, base)``, and takes the options of
-    both. The pair and the graft are made in each call: to transfer many textures give them as a
+    It is short for ``Graft(Pair(source, target), ...).apply(texture, base)``, and takes the options
+    of both. The pair and the graft are made in each call: to transfer many textures give them as a
     list, or keep the `Graft`.
 
     Parameters
@@ -136,7 +136,7 @@ def transfer(
         How two meshes correspond: see `Pair`.
     size, reverse, filter, gutter, prefer, overlap, linear_light, encoding, content, normal_y, \
 normal_y_out, region, blend, feather, tone, match_skin, keep_all, skin, labels
-        How textures are transferred: see `Graft`. `size` is required where the base is not an image.
+        How textures are transferred: see `Graft`. `size` is required unless the base is an image.
 
     Returns
     -------
@@ -159,7 +159,6 @@ normal_y_out, region, blend, feather, tone, match_skin, keep_all, skin, labels
             raise TypeError(f"transfer() got an unexpected keyword argument {name!r}")
     of_pair = {name: options.pop(name) for name in _OF_PAIRS & options.keys()}
     if _is_pair(source):
-        # One place to the left of where they are with two meshes.
         if target is not None:
             if texture is not None and base is not None:
                 raise TypeError("transfer() takes a pair, a texture and a base; source is a pair")
@@ -177,7 +176,9 @@ normal_y_out, region, blend, feather, tone, match_skin, keep_all, skin, labels
     if onto is not None and base is not None:
         raise TypeError("transfer() takes either base or onto, got both")
     graft = Graft(pair, threads=threads, **options)
-    return graft.apply(texture, onto if base is None else base, out=out)
+    result: NDArray[Any] | list[NDArray[Any]]
+    result = graft.apply(texture, onto if base is None else base, out=out)
+    return result
 
 
 def _is_pair(source: Any) -> bool:

@@ -66,7 +66,16 @@ class Error(Exception): ...
 @final
 class Mesh:
     @overload
-    def __new__(cls, positions: MeshLike, *, name: str | None = None) -> Mesh: ...
+    def __new__(
+        cls,
+        positions: MeshLike,
+        faces: None = None,
+        uv: None = None,
+        uv_faces: None = None,
+        *,
+        uv_origin: None = None,
+        name: str | None = None,
+    ) -> Mesh: ...
     @overload
     def __new__(
         cls,
