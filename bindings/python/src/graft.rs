@@ -637,6 +637,7 @@ impl Graft {
             let (texture, mut warnings) = self.finite(texture, &name);
             warnings.extend(self.misfit_of_source(&texture, &name));
             if let Base::Texture(given) = &base {
+                warnings.extend(self.misfit_of_range(&given.texture, &given.name));
                 warnings.extend(self.misfit_of_base(&given.texture, &given.name));
             }
             let (toning, of_tone) = self.toning(&graft, &texture, &base, format)?;
@@ -723,14 +724,19 @@ impl Graft {
     fn finite(&self, texture: Texture, name: &Path) -> (Texture, Vec<String>) {
         let texture = self.reinterpreted(texture);
         let (texture, warning) = uvgraft_pipeline::without_non_finite(texture, name);
-        let beyond = (self.settings.content == Content::Color && is_beyond_white(&texture)).then(|| {
+        let warnings = warning.into_iter().chain(self.misfit_of_range(&texture, name)).collect();
+        (texture, warnings)
+    }
+
+    /// A warning of colours whose values seem to have another range.
+    fn misfit_of_range(&self, texture: &Texture, name: &Path) -> Option<String> {
+        (self.settings.content == Content::Color && is_beyond_white(texture)).then(|| {
             format!(
                 "{}: most values are above {BEYOND_WHITE}, where 1.0 is white; those from 0 to 255 must be \
                  divided by 255",
                 name.display()
             )
-        });
-        (texture, warning.into_iter().chain(beyond).collect())
+        })
     }
 
     /// A warning of a texture that was not made for the layout that is read.

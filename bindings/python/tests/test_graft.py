@@ -411,6 +411,8 @@ def test_floats_from_0_to_255_are_warned_of(pair, recwarn):
         graft.apply(face.astype(np.float64), base)
     with pytest.warns(UserWarning, match="divided by 255"):
         graft.apply(face.astype(np.float32), base, out=base)
+    with pytest.warns(UserWarning, match="^base: most values"):
+        graft.apply(face, noise(32, 32, 3).astype(np.float32))
     recwarn.clear()
     # Lights, and what is no colour, may have any values.
     lit = np.where(face < 64, 100.0, 0.5).astype(np.float32)

@@ -109,6 +109,7 @@ def maps_of(source, target, **options):
 
 
 @pytest.mark.filterwarnings("ignore:vertex_map. taken for a map of")
+@pytest.mark.filterwarnings("ignore:100 % of the linked area is mirrored")
 def test_meshes_of_trimesh_give_the_maps_of_their_files(tmp_path):
     path = with_seam(tmp_path / "grid.obj")
     turned = tmp_path / "turned.obj"
