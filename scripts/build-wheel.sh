@@ -8,11 +8,13 @@ cd "$(dirname "$0")/.."
 wheels=$1
 features=$2
 venv=$PWD/target/wheel-venv
+wanted=bindings/python/requirements-wheel.txt
 
-scripts/install-venv.sh "$venv" bindings/python/requirements-wheel.txt "a wheel for other machines needs them"
-# Tests have a maturin, too.
+scripts/install-venv.sh "$venv" "$wanted" "a wheel for other machines needs them"
+# Tests have a maturin, too; and Zig may be what is missing.
 PATH=$venv/bin:$PATH:$PWD/target/python-venv/bin
-command -v maturin >/dev/null || { echo "build-wheel: maturin is required, and cannot be installed" >&2; exit 1; }
+command -v maturin >/dev/null || "$venv/bin/pip" install --quiet "$(grep '^maturin' "$wanted")" ||
+    { echo "build-wheel: maturin is required, and cannot be installed" >&2; exit 1; }
 
 set -- --profile release --locked --manifest-path bindings/python/Cargo.toml --features "$features" --out "$wheels"
 case $(rustc -vV | sed -n 's/^host: //p') in
