@@ -93,12 +93,19 @@ python-venv:
 	@PYTHON=$(if $(ONE_BUILD),$$(scripts/pythons.sh | tail -n 1)) \
 		scripts/install-venv.sh target/python-venv bindings/python/requirements-test.txt
 
-# The package with the whole command, for CPython 3.10 and later, in target/wheels.
+# The package with the whole command, for CPython 3.10 and later, in target/wheels. On Linux it is made for glibc 2.28
+# and later, such as that of clusters, whatever this machine has.
 WHEELS ?= target/wheels
+ifneq ($(strip $(ONE_BUILD)),)
+# For this machine, of what is compiled for the tests anyway.
 wheel: viewer python-venv
 	rm -f $(WHEELS)/uvgraft-*.whl
-	target/python-venv/bin/maturin build --profile $(if $(ONE_BUILD),dev,release) --locked \
+	target/python-venv/bin/maturin build --profile dev --locked \
 		--manifest-path bindings/python/Cargo.toml --features "$(WHEEL_FEATURES)" --out $(WHEELS)
+else
+wheel: viewer
+	@scripts/build-wheel.sh $(WHEELS) "$(WHEEL_FEATURES)"
+endif
 
 # The wheel in fresh environments of the oldest and the newest Python here. All tests have run on it already, with the
 # newest, where there is one build.
@@ -109,7 +116,7 @@ test-wheel: wheel
 # reports by suite, which is a folder in it: make test-peers FOLDER=suites PEERS="--kinds images --verbose"
 FOLDER ?=
 PEERS_SITE := target/peers-site
-test-peers: wheel
+test-peers: wheel python-venv
 	@test -d "$(FOLDER)" || { echo "test-peers: FOLDER must be a folder of suites, got '$(FOLDER)'" >&2; exit 1; }
 	@target/python-venv/bin/pip install --quiet --no-deps --upgrade --target $(PEERS_SITE) $(WHEELS)/uvgraft-*.whl
 	@PYTHONPATH=$(PEERS_SITE):bindings/python/tests target/python-venv/bin/python -m peers "$(FOLDER)" $(PEERS)

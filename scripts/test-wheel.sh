@@ -16,7 +16,7 @@ few="test_graft.py test_command.py test_file_transfer.py test_progress.py test_n
 try() {
     python=$1
     tests=$package/tests
-    peers="imagecodecs opencv-python-headless OpenEXR tifffile"
+    peers="imagecodecs opencv-python-headless OpenEXR tifffile trimesh"
     if [ "${UVGRAFT_WHEEL_TESTS:-$2}" = few ]; then
         tests=
         peers=

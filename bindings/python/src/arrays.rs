@@ -18,6 +18,7 @@ use crate::error::{bad_type, bad_value, failed, of_reading, of_texture};
 const PIL_MODES: [&str; 6] = ["L", "LA", "RGB", "RGBA", "I;16", "F"];
 
 /// A texture given by a user.
+#[derive(Clone)]
 pub(crate) struct GivenTexture {
     pub(crate) texture: Texture,
     /// What messages call it: its file, or the argument.
@@ -27,7 +28,7 @@ pub(crate) struct GivenTexture {
 }
 
 /// A texture from an array, a PIL image, or the path of an image file. Its values are copied, with
-/// the interpreter's lock released.
+/// the interpreter's lock released. Floats of other widths become 32-bit ones, booleans black and white.
 ///
 /// - `what`: the name of the argument.
 /// - `encoding`: of an array; a file has its own.
@@ -49,19 +50,27 @@ pub(crate) fn texture(
     let array = untyped(given, what)?;
     let (size, channels) = shape(&array, what)?;
     let is_flat = array.ndim() == 2;
-    let array = contiguous(array)?;
+    let array = contiguous(with_known_floats(array)?)?;
     let texels = if let Some(values) = copied::<u8>(&array)? {
         Texels::U8(values)
     } else if let Some(values) = copied::<u16>(&array)? {
         Texels::U16(values)
     } else if let Some(values) = copied::<f32>(&array)? {
         Texels::F32(values)
-    } else if let Some(values) = copied::<bool>(&array)? {
-        Texels::U8(values.into_iter().map(|value| if value { 255 } else { 0 }).collect())
+    } else if let Some(values) = converted(&array, |value: f64| value as f32)? {
+        Texels::F32(values)
+    } else if let Some(values) = converted(&array, |value| if value { 255 } else { 0 })? {
+        Texels::U8(values)
     } else {
         let found = array.dtype().str()?.to_string();
+        // NumPy makes these of whole numbers that nobody gave a type.
+        let hint = match array.dtype().kind() {
+            b'i' | b'u' => "; values from 0 to 255 fit into uint8: texture.astype(\"uint8\")",
+            _ => "",
+        };
         return Err(bad_type(format_args!(
-            "{what} must have dtype uint8, uint16 or float32 (native byte order), got {found}"
+            "{what} must have dtype uint8, uint16, float16, float32, float64 or bool (native byte \
+             order), got {found}{hint}"
         )));
     };
     let texture = Texture::new(size, channels, encoding, texels).map_err(of_texture)?;
@@ -107,6 +116,18 @@ fn untyped<'py>(given: &Bound<'py, PyAny>, what: &str) -> PyResult<Bound<'py, Py
     Ok(array.cast_into::<PyUntypedArray>()?)
 }
 
+/// An array of 16-bit floats as one of 32-bit floats, which can be read; any other as it is.
+fn with_known_floats(array: Bound<'_, PyUntypedArray>) -> PyResult<Bound<'_, PyUntypedArray>> {
+    let py = array.py();
+    let dtype = array.dtype();
+    if (dtype.kind(), dtype.itemsize(), dtype.is_native_byteorder()) != (b'f', 2, Some(true)) {
+        return Ok(array);
+    }
+    let numpy = py.import(intern!(py, "numpy"))?;
+    let wide = numpy.call_method1(intern!(py, "asarray"), (array, intern!(py, "float32")))?;
+    Ok(wide.cast_into::<PyUntypedArray>()?)
+}
+
 /// The storage type of an array's values, if textures have it.
 pub(crate) fn depth_of(array: &Bound<'_, PyUntypedArray>) -> Option<Depth> {
     let py = array.py();
@@ -124,9 +145,15 @@ pub(crate) fn depth_of(array: &Bound<'_, PyUntypedArray>) -> Option<Depth> {
 /// The size and the channels of an array of texels.
 pub(crate) fn shape(array: &Bound<'_, PyUntypedArray>, what: &str) -> PyResult<(Size, Channels)> {
     let wrong = || {
+        let hint = match *array.shape() {
+            [.., 1..=4, height, width] if height > 4 && width > 4 => {
+                "; the channels come last: numpy.moveaxis(texture, -3, -1)"
+            }
+            _ => "",
+        };
         bad_value(format_args!(
             "{what} must have shape (height, width) or (height, width, channels) with 1 to 4 \
-             channels, got {}",
+             channels, got {}{hint}",
             shape_text(array.shape())
         ))
     };
@@ -180,13 +207,21 @@ fn contiguous(array: Bound<'_, PyUntypedArray>) -> PyResult<Bound<'_, PyUntypedA
 fn copied<T: Element + Copy + Send + Sync>(
     array: &Bound<'_, PyUntypedArray>,
 ) -> PyResult<Option<Vec<T>>> {
+    converted(array, |value: T| value)
+}
+
+/// What becomes of each value of a contiguous array; `None` if it has another dtype.
+fn converted<T: Element + Copy + Send + Sync, U: Send>(
+    array: &Bound<'_, PyUntypedArray>,
+    convert: impl Fn(T) -> U + Sync,
+) -> PyResult<Option<Vec<U>>> {
     let Ok(array) = array.cast::<PyArrayDyn<T>>() else { return Ok(None) };
     let borrowed: PyReadonlyArrayDyn<'_, T> = array.try_readonly().map_err(bad_value)?;
     let values = borrowed.as_slice().map_err(bad_value)?;
     let copy = array.py().detach(|| {
         let mut copy = Vec::new();
         copy.try_reserve_exact(values.len()).map(|()| {
-            copy.extend_from_slice(values);
+            copy.extend(values.iter().map(|&value| convert(value)));
             copy
         })
     });
@@ -208,7 +243,7 @@ pub(crate) fn numbers<T: Element + Copy + Send + Sync>(
     let array = array.cast_into::<PyUntypedArray>()?;
     let found = array.dtype().kind();
     let is_right = match dtype {
-        "float32" => matches!(found, b'f' | b'i' | b'u'),
+        "float32" | "float64" => matches!(found, b'f' | b'i' | b'u'),
         _ => matches!(found, b'i' | b'u'),
     };
     // An empty list is an array of floats to NumPy.

@@ -10,6 +10,7 @@ use crate::arrays::{GivenTexture, texture};
 use crate::error::{bad_type, of_pipeline, of_texture};
 
 /// A base as it was given.
+#[derive(Clone)]
 pub(crate) enum Base {
     Texture(GivenTexture),
     /// Red, green, blue and alpha, sRGB, 1.0 for full intensity.
@@ -17,8 +18,10 @@ pub(crate) enum Base {
 }
 
 impl Base {
+    /// - `name`: of the argument.
     pub(crate) fn new(
         given: Option<&Bound<'_, PyAny>>,
+        name: &str,
         content: Content,
         encoding: Encoding,
     ) -> PyResult<Self> {
@@ -28,11 +31,13 @@ impl Base {
             if text.starts_with('#') {
                 return match BaseSource::parse(&text).map_err(of_pipeline)? {
                     BaseSource::Color(color) => Ok(Self::Color(color)),
-                    BaseSource::Image(_) => Err(bad_type("base must be a colour such as #808080")),
+                    BaseSource::Image(_) => {
+                        Err(bad_type(format_args!("{name} must be a colour such as #808080")))
+                    }
                 };
             }
         }
-        texture(given, "base", encoding).map(Self::Texture)
+        texture(given, name, encoding).map(Self::Texture)
     }
 
     /// The size of a texture.

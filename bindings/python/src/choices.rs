@@ -17,13 +17,13 @@ use uvgraft_pipeline::{BlendMode, ToneSide, Unit};
 use uvgraft_selfie::Relight;
 
 use crate::arguments::COLOR_ENCODINGS;
-use crate::pair::VERTEX_MAP;
+use crate::pair::{TABLE, VERTEX_MAP};
 
 /// The names of the values that each parameter of the package's functions takes.
 #[pyfunction]
 pub(crate) fn choices() -> BTreeMap<&'static str, Vec<&'static str>> {
     let mut by = names(By::ALL);
-    by.push(VERTEX_MAP);
+    by.extend([VERTEX_MAP, TABLE]);
     let roles = MapRole::ALL.map(MapRole::name).to_vec();
     BTreeMap::from([
         ("align", names(Align::ALL)),

@@ -12,7 +12,8 @@ use uvgraft::layout_match::LayoutProbe;
 use uvgraft::{
     Averaging, Blend, BlendDomain, BlendOptions, Choice, Content, Direction, Encoding, Filter,
     FitOptions, FitProgress, FitSummary, Graft as CoreGraft, Labels, MapOptions, NormalY, Overlap,
-    Overlay, Pair as CorePair, Prefer, Size, Sizes, TexelFormat, Texture, Tone, ToneCorrection,
+    Overlay, Pair as CorePair, Prefer, Size, Sizes, TexelFormat, Texels, Texture, Tone,
+    ToneCorrection,
 };
 use uvgraft_io::pair_file::PairFile;
 use uvgraft_pipeline::{BlendMode, CheckedPair, LayoutChecks, ToneSide};
@@ -20,10 +21,11 @@ use uvgraft_pipeline::{BlendMode, CheckedPair, LayoutChecks, ToneSide};
 use crate::arguments::{self, chosen, direction};
 use crate::arrays::{GivenTexture, OutArray, array, copy, depth_of, shape, texture};
 use crate::base::Base;
+use crate::batch::{self, Batch, Shared};
 use crate::error::{bad_value, failed, of_graft, warn_caller};
 use crate::map::{self, SamplingMap};
 use crate::operator::Operator;
-use crate::pair::Pair;
+use crate::pair::{self, Pair};
 use crate::region::selection;
 use crate::threads;
 
@@ -37,12 +39,13 @@ const FEATHER_M: f64 = 0.01;
 ///
 /// It owns everything it needs and may be used by any number of threads at once. Preparing takes
 /// milliseconds, with a blend up to a second; what depends on sizes is prepared with the first texture
-/// of a size. It can be pickled: the pickle holds the pair and the options.
+/// of a size. It can be pickled: the pickle holds the pair and the options. Called like a function, it
+/// does what `apply` does.
 ///
 /// Parameters
 /// ----------
-/// pair : Pair
-///     The meshes.
+/// pair : Pair or path
+///     The meshes: a pair, or a pair file.
 /// size : int or (int, int), optional
 ///     Size of results where the base is not an image: a side in texels, or ``(height, width)``.
 /// reverse : bool
@@ -106,6 +109,18 @@ pub(crate) struct Graft {
     options: Py<PyDict>,
 }
 
+/// The base of a texture, which may be that of others too.
+enum GivenBase<'a, 'py> {
+    /// As it was given, and what it is called.
+    Given(Option<&'a Bound<'py, PyAny>>, &'a str),
+    /// Decoded, for several textures.
+    Decoded(Base),
+}
+
+/// Colours of surfaces are at most white, 1.0; light that is added to them is brighter in a few places. Of
+/// photographs that were not divided by 255, all but their blackest values are above this.
+const BEYOND_WHITE: f32 = 2.0;
+
 /// What all grafts of a transfer share, whatever their sizes.
 struct Settings {
     pair: Arc<CorePair>,
@@ -145,42 +160,46 @@ impl Graft {
             normal_y='opengl', normal_y_out=None, region=None, blend=None, feather=None, \
             tone='base', match_skin=False, keep_all=False, skin=None, labels=None, threads=None)"
     )]
-    fn new(pair: &Bound<'_, Pair>, options: Option<&Bound<'_, PyDict>>) -> PyResult<Self> {
+    fn new(pair: &Bound<'_, PyAny>, options: Option<&Bound<'_, PyDict>>) -> PyResult<Self> {
         let py = pair.py();
         let options = match options {
             Some(options) => options.copy()?,
             None => PyDict::new(py),
         };
         let given = Options::new(&options)?;
-        given.make(pair, options.unbind())
+        given.make(&pair::pair(pair, "a Pair or a path")?, options.unbind())
     }
 
-    /// Lay a texture over a base.
+    /// Lay a texture over a base, or each of several.
     ///
     /// Parameters
     /// ----------
-    /// texture : ndarray, PIL image or path
-    ///     In the source's layout, of any size.
-    /// base : ndarray, PIL image, path or colour, optional
+    /// texture : ndarray, PIL image or path, or several
+    ///     In the source's layout, of any size. Several are a list of these, or an array of shape
+    ///     (n, height, width, channels).
+    /// base : ndarray, PIL image, path or colour, or several, optional
     ///     In the target's layout, or a colour such as ``"#808080"``. Without one, colours are laid over
-    ///     transparency, data over 0 and normals over flat ones.
-    /// out : ndarray, optional
-    ///     C-contiguous array for the result; may be `base` itself, which then saves a copy.
+    ///     transparency, data over 0 and normals over flat ones. Several textures have one base, or one
+    ///     each.
+    /// out : ndarray, or several, optional
+    ///     C-contiguous array for the result; may be `base` itself, which then saves a copy. Several
+    ///     textures need one each, or an array of shape (n, height, width, channels).
     /// threads : int, optional
     ///     In place of the graft's own.
     ///
     /// Returns
     /// -------
-    /// ndarray
+    /// ndarray or list of ndarray
     ///     `out`, or a new array with the channels of both and the wider dtype of the two, of shape
-    ///     (height, width, channels), or (height, width) if both are such.
+    ///     (height, width, channels), or (height, width) if both are such. The results of a list are a
+    ///     list, those of an array of several are one.
     ///
     /// Warns
     /// -----
     /// UserWarning
     ///     If no tone can be matched, or a tone is implausible; for NaN and infinite values, which are
-    ///     left out; if `texture` or `base` was plainly made for another layout. Each names the
-    ///     texture: its file, or ``texture``.
+    ///     left out; for floats that seem to be from 0 to 255; if `texture` or `base` was plainly made for
+    ///     another layout. Each names the texture: its file, or ``texture``, or ``texture[3]`` of several.
     ///
     /// Raises
     /// ------
@@ -198,16 +217,47 @@ impl Graft {
         threads: Option<i64>,
     ) -> PyResult<Bound<'py, PyAny>> {
         let threads = threads::checked(threads)?.or(self.threads);
-        let source = crate::arrays::texture(texture, "texture", self.settings.encoding)?;
-        if let (Some(base), Some(out)) = (base, out)
-            && self.works_in_place(source.texture.format(), base, out)?
-        {
-            return self.apply_in_place(py, source, base, out, threads);
-        }
-        let base = Base::new(base, self.settings.content, self.settings.encoding)?;
-        self.lay(py, source, base, out, threads, |graft, texture, format| {
-            graft.overlay(texture, format).map_err(of_graft)
+        let Some(textures) = Batch::of(texture)? else {
+            batch::check_single(base, "base")?;
+            let base = GivenBase::Given(base, "base");
+            return self.apply_one(py, (texture, "texture"), &base, out, threads);
+        };
+        let bases = Batch::one_or_each(base, "base", textures.len())?;
+        let outs = match Batch::one_or_each(out, "out", textures.len())? {
+            Shared::One(None) => None,
+            Shared::Each(outs) => Some(outs),
+            Shared::One(Some(_)) => {
+                return Err(bad_value(
+                    "out must be a list of arrays, or have shape (n, height, width, channels)",
+                ));
+            }
+        };
+        let shared = match &bases {
+            Shared::One(base) => self.decoded_once(base.as_ref())?,
+            Shared::Each(_) => GivenBase::Given(None, "base"),
+        };
+        textures.map(py, out, |index, texture| {
+            let (name, name_of_base) = (format!("texture[{index}]"), format!("base[{index}]"));
+            let own = match &bases {
+                Shared::One(_) => None,
+                Shared::Each(bases) => Some(GivenBase::Given(Some(&bases[index]), &name_of_base)),
+            };
+            let base = own.as_ref().unwrap_or(&shared);
+            let out = outs.as_ref().map(|outs| &outs[index]);
+            self.apply_one(py, (texture, &name), base, out, threads)
         })
+    }
+
+    #[pyo3(signature = (texture, base=None, *, out=None, threads=None))]
+    fn __call__<'py>(
+        &self,
+        py: Python<'py>,
+        texture: &Bound<'py, PyAny>,
+        base: Option<&Bound<'py, PyAny>>,
+        out: Option<&Bound<'py, PyAny>>,
+        threads: Option<i64>,
+    ) -> PyResult<Bound<'py, PyAny>> {
+        self.apply(py, texture, base, out, threads)
     }
 
     #[pyo3(signature = (
@@ -262,7 +312,7 @@ impl Graft {
         options.regularization = regularization.unwrap_or(options.regularization);
         options.smoothness = smoothness.or(options.smoothness);
         let source = crate::arrays::texture(texture, "texture", self.settings.encoding)?;
-        let base = Base::new(base, self.settings.content, self.settings.encoding)?;
+        let base = Base::new(base, "base", self.settings.content, self.settings.encoding)?;
         let (mut summary, mut raised) = (None, None);
         // Bars and `True` become callables; None stays None.
         let given = (progress, intern!(py, "fit"));
@@ -314,7 +364,7 @@ impl Graft {
     ) -> PyResult<Option<Bound<'py, PyAny>>> {
         let threads = threads::checked(threads)?.or(self.threads);
         let source = crate::arrays::texture(texture, "texture", self.settings.encoding)?.texture;
-        let base = Base::new(base, self.settings.content, self.settings.encoding)?;
+        let base = Base::new(base, "base", self.settings.content, self.settings.encoding)?;
         let graft = self.graft(py, self.sizes(source.size(), base.size())?, threads)?;
         let format = base.format(source.format());
         let colors = base.colors()?;
@@ -468,7 +518,8 @@ impl Graft {
             ))),
             (Some(to), _) | (None, Some(to)) => Ok(Sizes { from, to }),
             (None, None) => Err(bad_value(
-                "without a base image the result must have a size: Graft(pair, size=2048)",
+                "without a base image the result must have a size, such as size=2048, in Graft() or \
+                 transfer()",
             )),
         }
     }
@@ -522,6 +573,45 @@ impl Graft {
         Ok(made)
     }
 
+    /// The base of several textures. An array is copied for each in any case.
+    fn decoded_once<'a, 'py>(
+        &self,
+        given: Option<&'a Bound<'py, PyAny>>,
+    ) -> PyResult<GivenBase<'a, 'py>> {
+        if given.is_some_and(|given| given.cast::<PyUntypedArray>().is_ok()) {
+            return Ok(GivenBase::Given(given, "base"));
+        }
+        let base = Base::new(given, "base", self.settings.content, self.settings.encoding)?;
+        Ok(GivenBase::Decoded(base))
+    }
+
+    /// Lays one texture over its base.
+    ///
+    /// - `texture`: with the name of the argument.
+    fn apply_one<'py>(
+        &self,
+        py: Python<'py>,
+        (texture, name): (&Bound<'py, PyAny>, &str),
+        base: &GivenBase<'_, 'py>,
+        out: Option<&Bound<'py, PyAny>>,
+        threads: Option<usize>,
+    ) -> PyResult<Bound<'py, PyAny>> {
+        let Settings { content, encoding, .. } = self.settings;
+        let source = crate::arrays::texture(texture, name, encoding)?;
+        if let (GivenBase::Given(Some(base), _), Some(out)) = (base, out)
+            && self.works_in_place(source.texture.format(), base, out)?
+        {
+            return self.apply_in_place(py, source, base, out, threads);
+        }
+        let base = match base {
+            GivenBase::Given(base, name) => Base::new(*base, name, content, encoding)?,
+            GivenBase::Decoded(base) => base.clone(),
+        };
+        self.lay(py, source, base, out, threads, |graft, texture, format| {
+            graft.overlay(texture, format).map_err(of_graft)
+        })
+    }
+
     /// Lays a texture over a base.
     ///
     /// - `make`: makes the overlay; called on the pool, without the interpreter's lock.
@@ -547,6 +637,7 @@ impl Graft {
             let (texture, mut warnings) = self.finite(texture, &name);
             warnings.extend(self.misfit_of_source(&texture, &name));
             if let Base::Texture(given) = &base {
+                warnings.extend(self.misfit_of_range(&given.texture, &given.name));
                 warnings.extend(self.misfit_of_base(&given.texture, &given.name));
             }
             let (toning, of_tone) = self.toning(&graft, &texture, &base, format)?;
@@ -633,7 +724,19 @@ impl Graft {
     fn finite(&self, texture: Texture, name: &Path) -> (Texture, Vec<String>) {
         let texture = self.reinterpreted(texture);
         let (texture, warning) = uvgraft_pipeline::without_non_finite(texture, name);
-        (texture, warning.into_iter().collect())
+        let warnings = warning.into_iter().chain(self.misfit_of_range(&texture, name)).collect();
+        (texture, warnings)
+    }
+
+    /// A warning of colours whose values seem to have another range.
+    fn misfit_of_range(&self, texture: &Texture, name: &Path) -> Option<String> {
+        (self.settings.content == Content::Color && is_beyond_white(texture)).then(|| {
+            format!(
+                "{}: most values are above {BEYOND_WHITE}, where 1.0 is white; those from 0 to 255 must be \
+                 divided by 255",
+                name.display()
+            )
+        })
     }
 
     /// A warning of a texture that was not made for the layout that is read.
@@ -694,6 +797,13 @@ impl Graft {
         warnings.extend(toning.iter().flat_map(|toning| toning.report().warnings()));
         Ok((toning, warnings))
     }
+}
+
+/// Whether most values of a texture of floats are so far beyond white that they are likely to be those of
+/// another range, such as 0 to 255.
+fn is_beyond_white(texture: &Texture) -> bool {
+    let Texels::F32(values) = texture.texels() else { return false };
+    2 * values.iter().filter(|&&value| value > BEYOND_WHITE).count() > values.len()
 }
 
 /// The options of a graft as they were given.

@@ -10,15 +10,15 @@ use uvgraft::{MapOptions, Prefer, SamplingMap as CoreMap, Size};
 use crate::arguments::{chosen, direction, size};
 use crate::arrays::{array, shaped};
 use crate::error::bad_value;
-use crate::pair::Pair;
+use crate::pair;
 use crate::threads;
 
 /// For each texel of a target texture, where in the source its value comes from.
 ///
 /// Parameters
 /// ----------
-/// pair : Pair
-///     The meshes.
+/// pair : Pair or path
+///     The meshes: a pair, or a pair file.
 /// size : int or (int, int)
 ///     Size of the target: a side in texels, or ``(height, width)``.
 /// reverse : bool
@@ -43,7 +43,7 @@ impl SamplingMap {
     ))]
     fn new(
         py: Python<'_>,
-        pair: &Pair,
+        pair: &Bound<'_, PyAny>,
         size: &Bound<'_, PyAny>,
         reverse: bool,
         gutter: u32,
@@ -53,7 +53,7 @@ impl SamplingMap {
         let size = crate::arguments::size("size", size)?;
         let options = options(gutter, chosen("prefer", prefer)?)?;
         let threads = threads::checked(threads)?;
-        let pair = Arc::clone(&pair.file.pair);
+        let pair = Arc::clone(&pair::pair(pair, "a Pair or a path")?.get().file.pair);
         let map =
             threads::run(py, threads, || CoreMap::new(&pair, direction(reverse), size, &options))?;
         Ok(Self { map: Arc::new(map), threads })

@@ -6,42 +6,50 @@ use std::sync::Arc;
 use pyo3::prelude::*;
 use pyo3::types::{PyBytes, PyTuple};
 use uvgraft::correspond::split_vertices::{MapUse, link_by_vertex_map};
+use uvgraft::correspond::surface::Align;
 use uvgraft::correspond::{self, By, FindOptions};
-use uvgraft::{Choice, Mesh as CoreMesh, Side};
-use uvgraft_assembly::mesh_file::{self, LoadedMesh};
-use uvgraft_assembly::pairing::{self, UvReading};
+use uvgraft::{Choice, Side};
+use uvgraft_assembly::pairing::table::TableLinks;
+use uvgraft_assembly::pairing::{self, Outside, UvReading, table as by_table};
 use uvgraft_assembly::recognition;
 use uvgraft_io::pair_file::{self, PairFile};
-use uvgraft_io::textured::WithoutUv;
 use uvgraft_io::vertex_map;
 
 use crate::arguments::chosen;
 use crate::arrays::{numbers, rows, shape_text};
 use crate::error::{
-    bad_type, bad_value, failed, of_any_file, of_file, of_reading, warn_caller, with_names,
+    bad_type, bad_value, check_file, failed, of_file, of_pipeline, of_reading, warn_caller,
+    with_names,
 };
-use crate::mesh::Mesh;
+use crate::files::FileKind;
+use crate::keywords::extracted;
+use crate::mesh::{Mesh, mesh};
 use crate::threads;
 use crate::work::Log;
 
-/// The method of a pair by a given vertex map.
+/// The methods of pairs by a given vertex map and by a given table.
 pub(crate) const VERTEX_MAP: &str = "vertex-map";
+pub(crate) const TABLE: &str = "table";
 
 /// Two meshes and the parts of their triangles that correspond.
 ///
 /// Made once for two meshes; it serves textures of all sizes in both directions. It can be saved,
-/// loaded and pickled.
+/// loaded and pickled. ``Pair(path)`` with the path of a pair file is ``Pair.load(path)``.
 ///
 /// Parameters
 /// ----------
-/// source, target : Mesh or path
-///     The meshes that textures come from and go to.
+/// source, target : Mesh, path or mesh of trimesh
+///     The meshes that textures come from and go to: see `Mesh`.
 /// vertex_map : array_like of int, shape (source vertices,), or path, optional
 ///     For each vertex of the source, the corresponding vertex of the target, or -1. Where a tool has split
 ///     vertices at UV seams or appended some, it may count those before that; a warning says so.
-/// by : {"auto", "vertex-map", "faces", "topology", "surface"}
-///     How corresponding triangles are found without a vertex map: equal faces, equal connectivity,
-///     or by registering the surfaces. ``"auto"`` takes the first that links them.
+/// table : path, optional
+///     A published table of where the vertices of one mesh lie on the other: a matrix (pickled SciPy matrix,
+///     ``scipy.sparse.save_npz``), faces and barycentric weights for each vertex (NPZ, NPY), TF_FLAME's
+///     ``texture_data_*.npy``, or ``uv_grid`` and ``pix_to_face`` (NPZ).
+/// by : {"auto", "vertex-map", "table", "faces", "topology", "surface"}
+///     How corresponding triangles are found without a vertex map or a table: equal faces, equal
+///     connectivity, or by registering the surfaces. ``"auto"`` takes the first that links them.
 /// align : {"similarity", "rigid", "none"}
 ///     How surfaces are aligned before they are registered.
 /// landmarks : array_like of int, shape (n, 2), optional
@@ -51,7 +59,7 @@ pub(crate) const VERTEX_MAP: &str = "vertex-map";
 /// outside : {"unlinked", "clamp", "repeat"}
 ///     What becomes of triangles with UV coordinates outside the unit square: linked only between UDIM
 ///     tiles, clamped to the square, or moved into it as whole polygons.
-/// flip_u, flip_v : sequence of {"source", "target"}, optional
+/// flip_u, flip_v : {"source", "target"} or sequence of these, optional
 ///     The meshes whose U or V is counted from the other side, for layouts that were exported flipped.
 /// note : str, optional
 ///     A note on licences, kept with the pair.
@@ -82,32 +90,88 @@ impl Pair {
     fn of_file(file: PairFile) -> Self {
         Self { file, method: None }
     }
+
+    /// A pair from a pair file alone.
+    ///
+    /// - `options`: what is for two meshes, and whether it is given.
+    fn of_one(
+        py: Python<'_>,
+        given: &Bound<'_, PyAny>,
+        options: &[(&str, bool)],
+    ) -> PyResult<Self> {
+        let missing = "Pair() takes two meshes, or the path of a pair file; target is missing";
+        let path: PathBuf = given.extract().map_err(|_| bad_type(missing))?;
+        if FileKind::of(&path)? != FileKind::Pair {
+            return Err(bad_type(format_args!(
+                "{missing}, and {} is not a pair file",
+                path.display()
+            )));
+        }
+        if let Some((name, _)) = options.iter().find(|(_, is_given)| *is_given) {
+            return Err(bad_type(format_args!(
+                "{name} is for two meshes, which {} has linked already",
+                path.display()
+            )));
+        }
+        Self::load(py, path)
+    }
+}
+
+/// A pair from an object or the path of a pair file.
+///
+/// - `wanted`: what an argument must be that is neither.
+///
+/// # Errors
+/// `TypeError` for anything else, and those of [`Pair::load`].
+pub(crate) fn pair<'py>(given: &Bound<'py, PyAny>, wanted: &str) -> PyResult<Bound<'py, Pair>> {
+    if let Ok(pair) = given.cast::<Pair>() {
+        return Ok(pair.clone());
+    }
+    let path = extracted::<PathBuf>(given, "pair", wanted)?;
+    Bound::new(given.py(), Pair::load(given.py(), path)?)
 }
 
 #[pymethods]
 impl Pair {
     #[new]
     #[pyo3(signature = (
-        source, target, *, vertex_map=None, by="auto", align="similarity", landmarks=None,
-        reach=None, visibility=None, outside="unlinked", flip_u=None, flip_v=None, note=None,
-        threads=None
+        source, target=None, *, vertex_map=None, table=None, by="auto", align="similarity",
+        landmarks=None, reach=None, visibility=None, outside="unlinked", flip_u=None, flip_v=None,
+        note=None, threads=None
     ))]
     fn new(
         py: Python<'_>,
         source: &Bound<'_, PyAny>,
-        target: &Bound<'_, PyAny>,
+        target: Option<&Bound<'_, PyAny>>,
         vertex_map: Option<&Bound<'_, PyAny>>,
+        table: Option<PathBuf>,
         by: &str,
         align: &str,
         landmarks: Option<&Bound<'_, PyAny>>,
         reach: Option<f64>,
         visibility: Option<f64>,
         outside: &str,
-        flip_u: Option<Vec<String>>,
-        flip_v: Option<Vec<String>>,
+        flip_u: Option<&Bound<'_, PyAny>>,
+        flip_v: Option<&Bound<'_, PyAny>>,
         note: Option<String>,
         threads: Option<i64>,
     ) -> PyResult<Self> {
+        let Some(target) = target else {
+            let options = [
+                ("vertex_map", vertex_map.is_some()),
+                ("table", table.is_some()),
+                ("by", by != By::Any.name()),
+                ("align", align != Align::default().name()),
+                ("landmarks", landmarks.is_some()),
+                ("reach", reach.is_some()),
+                ("visibility", visibility.is_some()),
+                ("outside", outside != Outside::default().name()),
+                ("flip_u", flip_u.is_some()),
+                ("flip_v", flip_v.is_some()),
+                ("note", note.is_some()),
+            ];
+            return Self::of_one(py, source, &options);
+        };
         let reading = UvReading {
             flip_u: sides("flip_u", flip_u)?,
             flip_v: sides("flip_v", flip_v)?,
@@ -120,13 +184,23 @@ impl Pair {
         let (source, source_name) = (source.mesh, source.name);
         let (target, target_name) = (target.mesh, target.name);
         let ids = vertex_map.map(read_vertex_map).transpose()?;
-        if ids.is_some() && ![By::Any.name(), VERTEX_MAP].contains(&by) {
-            return Err(bad_value(format_args!(
-                "vertex_map is used only with by=\"vertex-map\" or \"auto\", got {by:?}"
-            )));
+        if ids.is_some() && table.is_some() {
+            return Err(bad_type("Pair() takes either vertex_map or table, got both"));
         }
+        let given = [("vertex_map", VERTEX_MAP, ids.is_some()), ("table", TABLE, table.is_some())];
+        for (name, method, is_given) in given {
+            if is_given && ![By::Any.name(), method].contains(&by) {
+                return Err(bad_value(format_args!(
+                    "{name} is used only with by={method:?} or \"auto\", got {by:?}"
+                )));
+            }
+            if !is_given && by == method {
+                return Err(bad_value(format_args!("by={method:?} needs {name}")));
+            }
+        }
+        table.as_deref().map_or(Ok(()), check_file)?;
         let mut options = FindOptions::default();
-        options.by = if ids.is_some() { By::Any } else { method_of(by)? };
+        options.by = if ids.is_some() || table.is_some() { By::Any } else { chosen("by", by)? };
         options.surface.align = chosen("align", align)?;
         for (name, given, option) in [
             ("reach", reach, &mut options.surface.reach),
@@ -150,8 +224,8 @@ impl Pair {
         });
         let threads = threads::checked(threads)?;
         let (pair, others, method, registered, assumed) =
-            threads::run(py, threads, move || match ids {
-                Some(ids) => {
+            threads::run(py, threads, move || match (ids, table) {
+                (Some(ids), _) => {
                     link_by_vertex_map(&source, &target, &ids).map_err(of_linking).map(|links| {
                         let method = match links.used {
                             MapUse::Connectivity(_) => By::Topology.name(),
@@ -161,7 +235,12 @@ impl Pair {
                         (pair, others, method.to_owned(), None, links.used.assumed())
                     })
                 }
-                None => correspond::find(source, target, &options)
+                (None, Some(path)) => by_table::link(&path, &source, &target, &options.surface)
+                    .map(|TableLinks { pair, other_layouts, .. }| {
+                        (pair, other_layouts, TABLE.to_owned(), None, None)
+                    })
+                    .map_err(of_pipeline),
+                (None, None) => correspond::find(source, target, &options)
                     .map(|it| {
                         let method = it.method.by().name().to_owned();
                         (it.pair, it.other_layouts, method, it.method.registered().cloned(), None)
@@ -187,7 +266,7 @@ impl Pair {
     /// uvgraft.Error
     ///     If it is not a whole pair file of a known version.
     #[staticmethod]
-    fn load(py: Python<'_>, path: PathBuf) -> PyResult<Self> {
+    pub(crate) fn load(py: Python<'_>, path: PathBuf) -> PyResult<Self> {
         py.detach(|| pair_file::read(&path)).map(Self::of_file).map_err(of_reading)
     }
 
@@ -280,26 +359,6 @@ impl Pair {
     }
 }
 
-/// A mesh from an object or a path, and its name.
-fn mesh(given: &Bound<'_, PyAny>, what: &str) -> PyResult<LoadedMesh> {
-    if let Ok(mesh) = given.cast::<Mesh>() {
-        let mesh = mesh.get();
-        return Ok(LoadedMesh {
-            mesh: CoreMesh::clone(&mesh.mesh),
-            name: mesh.name.clone(),
-            without_uv: WithoutUv::default(),
-        });
-    }
-    let Ok(path) = given.extract::<PathBuf>() else {
-        let found = given.get_type().name()?.to_string();
-        return Err(bad_type(format_args!("{what} must be a Mesh or a path, got {found}")));
-    };
-    let read = given.py().detach(|| mesh_file::read(&path));
-    let loaded = read.map_err(|error| of_any_file(&error, &path))?;
-    warn_caller(given.py(), loaded.left_out().into_iter().collect())?;
-    Ok(loaded)
-}
-
 fn read_vertex_map(given: &Bound<'_, PyAny>) -> PyResult<Vec<i64>> {
     if let Ok(path) = given.extract::<PathBuf>() {
         return vertex_map::read(&path).map_err(of_reading);
@@ -323,16 +382,14 @@ fn read_landmarks(given: &Bound<'_, PyAny>) -> PyResult<Vec<[u32; 2]>> {
     pairs.into_iter().map(|[from, to]| Ok([index(from)?, index(to)?])).collect()
 }
 
-fn method_of(by: &str) -> PyResult<By> {
-    if by == VERTEX_MAP {
-        return Err(bad_value("by=\"vertex-map\" needs vertex_map"));
-    }
-    chosen("by", by)
-}
-
-/// The meshes of a list, source or target.
-fn sides(name: &str, given: Option<Vec<String>>) -> PyResult<Vec<Side>> {
-    given.unwrap_or_default().iter().map(|side| chosen(name, side)).collect()
+/// One of the meshes or several, source or target.
+fn sides(name: &str, given: Option<&Bound<'_, PyAny>>) -> PyResult<Vec<Side>> {
+    let Some(given) = given else { return Ok(Vec::new()) };
+    let sides = match given.extract::<String>() {
+        Ok(side) => vec![side],
+        Err(_) => extracted(given, name, "\"source\", \"target\" or a sequence of these")?,
+    };
+    sides.iter().map(|side| chosen(name, side)).collect()
 }
 
 fn of_linking(error: impl std::error::Error) -> PyErr {

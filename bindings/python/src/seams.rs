@@ -14,9 +14,9 @@ use uvgraft_metrics::seams::{
 
 use crate::arguments::{color_encoding, direction};
 use crate::arrays::texture;
-use crate::error::{bad_type, bad_value, failed, of_graft};
+use crate::error::{bad_value, failed, of_graft};
 use crate::graft::Graft;
-use crate::pair::Pair;
+use crate::pair::{self, Pair};
 use crate::region::selection;
 use crate::threads;
 
@@ -34,8 +34,8 @@ const MAX_WORST: usize = 1000;
 ///
 /// Parameters
 /// ----------
-/// pair : Pair or Graft
-///     The meshes; of a graft its pair, direction and region.
+/// pair : Pair, path or Graft
+///     The meshes: a pair, or a pair file; of a graft its pair, direction and region.
 /// texture : ndarray, PIL image or path
 ///     In the target's layout, or in the source's if reversed.
 /// reverse : bool
@@ -124,12 +124,8 @@ pub(crate) fn seams<'py>(
 /// A pair and its direction, from a pair or a graft.
 fn pair_of<'py>(given: &Bound<'py, PyAny>, reverse: bool) -> PyResult<(Bound<'py, Pair>, bool)> {
     let py = given.py();
-    if let Ok(pair) = given.cast::<Pair>() {
-        return Ok((pair.clone(), reverse));
-    }
     if given.cast::<Graft>().is_err() {
-        let found = given.get_type().name()?.to_string();
-        return Err(bad_type(format_args!("pair must be a Pair or a Graft, got {found}")));
+        return Ok((pair::pair(given, "a Pair, a path or a Graft")?, reverse));
     }
     if reverse {
         return Err(bad_value("reverse is for a Pair; a Graft has its own direction"));

@@ -2,6 +2,7 @@
 
 import re
 import shutil
+import textwrap
 from pathlib import Path
 
 import pytest
@@ -31,7 +32,8 @@ def test_the_example_in_the_package(demo, tmp_path, monkeypatch):
     for path in demo.iterdir():
         shutil.copy(path, tmp_path / NAMES.get(path.name, path.name))
     monkeypatch.chdir(tmp_path)
-    block = uvgraft.__doc__.split("::\n\n", 1)[1].split("\n\nTextures are", 1)[0]
-    lines = "\n".join(line[4:] for line in block.split("\n"))
-    exec(compile(lines, "__init__.py", "exec"), {})
+    blocks = re.findall(r"::\n\n((?:    .+\n|\n)+)", uvgraft.__doc__)
+    assert len(blocks) == 2
+    for block in blocks:
+        exec(compile(textwrap.dedent(block), "__init__.py", "exec"), {"uvgraft": uvgraft})
     assert uvgraft.read_image("body_with_face.png").size > noise(1, 1, 3).size

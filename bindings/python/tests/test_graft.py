@@ -7,7 +7,8 @@ import warnings
 import numpy as np
 import pytest
 from PIL import Image
-from scenes import ASIDE, UPRIGHT, noise, square
+from scenes import ASIDE, UPRIGHT, command, noise, square
+from scipy import sparse
 
 import uvgraft
 
@@ -133,7 +134,11 @@ def test_other_sources(pair, tmp_path):
 @pytest.mark.parametrize(
     ("texture", "error", "message"),
     [
-        (np.zeros((4, 4)), TypeError, "uint8, uint16 or float32 .*, got float64"),
+        (
+            np.zeros((4, 4), int),
+            TypeError,
+            "float64 or bool .*, got int64; values from 0 to 255 fit",
+        ),
         (np.zeros((4, 4), ">u2"), TypeError, "native byte order"),
         (np.zeros((4, 4), complex), TypeError, "dtype"),
         (np.zeros((4, 4), object), TypeError, "dtype"),
@@ -142,10 +147,12 @@ def test_other_sources(pair, tmp_path):
         (np.zeros((4, 4, 0), np.uint8), ValueError, "channels"),
         (np.zeros((0, 4, 3), np.uint8), ValueError, "1 to 32768 texels"),
         (np.zeros((1, 40000), np.uint8), ValueError, "1 to 32768 texels"),
-        (np.zeros((1, 4, 4, 3), np.uint8), ValueError, "shape"),
+        (np.zeros((4, 8, 8), np.uint8), ValueError, r"got \(4, 8, 8\); the channels come last"),
+        (np.zeros((0, 4, 4, 3), np.uint8), ValueError, "at least one item"),
+        (np.zeros((2, 1, 4, 4, 3), np.uint8), ValueError, r"got \(2, 1, 4, 4, 3\)"),
         (None, TypeError, "got NoneType"),
         (3, TypeError, "got int"),
-        ([[1, 2]], TypeError, "got list"),
+        ([[1, 2]], TypeError, r"texture\[0\] must be .*, got list"),
         (np.ma.masked_array(np.zeros((4, 4), np.uint8)), TypeError, "masked array"),
         (pathlib.Path("none.png"), FileNotFoundError, "none.png"),
     ],
@@ -299,6 +306,121 @@ def test_pickles(pair):
     assert mesh.name == "upright"
 
 
+def textures(count):
+    return [noise(16, 24, 3, seed=seed) for seed in range(count)]
+
+
+def test_several_textures_are_as_good_as_single_ones(pair, tmp_path):
+    graft, faces, base = uvgraft.Graft(pair), textures(3), noise(32, 32, 3, seed=9)
+    bases = [noise(32, 32, 3, seed=seed) for seed in (7, 8, 9)]
+    path = tmp_path / "base.png"
+    uvgraft.write_image(path, base)
+    for given, of_each in [(base, [base] * 3), (path, [base] * 3), (bases, bases),
+                           (np.stack(bases), bases), (tuple(bases), bases)]:  # fmt: skip
+        wanted = [graft.apply(*each) for each in zip(faces, of_each, strict=True)]
+        found = graft.apply(faces, given)
+        assert isinstance(found, list)
+        np.testing.assert_array_equal(np.stack(found), np.stack(wanted))
+        stacked = graft.apply(np.stack(faces), given)
+        assert isinstance(stacked, np.ndarray)
+        np.testing.assert_array_equal(stacked, np.stack(wanted))
+        out = np.empty_like(stacked)
+        assert graft.apply(faces, given, out=out) is out
+        np.testing.assert_array_equal(out, wanted)
+        outs = [np.empty_like(base) for _ in faces]
+        assert graft.apply(np.stack(faces), given, out=outs) is outs
+        np.testing.assert_array_equal(np.stack(outs), wanted)
+    # Lists may be of anything that a texture can be.
+    image = tmp_path / "face.png"
+    uvgraft.write_image(image, faces[0])
+    mixed = graft.apply([image, Image.fromarray(faces[1]), noise(8, 8, 4)], base)
+    np.testing.assert_array_equal(mixed[0], graft.apply(faces[0], base))
+    assert [it.shape for it in mixed] == [(32, 32, 3), (32, 32, 3), (32, 32, 4)]
+    assert uvgraft.Graft(pair, size=8).apply(np.stack(faces)).shape == (3, 8, 8, 4)
+    assert graft.apply([]) == []
+
+
+def test_several_textures_are_checked(pair):
+    graft, faces, base = uvgraft.Graft(pair), textures(2), noise(32, 32, 3)
+    for arguments, error, message in [
+        ((faces, [base]), ValueError, "base must be one, or one for each of 2 textures, got 1"),
+        ((faces[0], [base]), TypeError, "base must be a single one for a single texture"),
+        ((faces[0], base[None]), TypeError, "base must be a single one for a single texture"),
+        ((np.stack(faces), [base, noise(8, 8, 3)]), ValueError, r"\(8, 8, 3\) for base\[1\]"),
+        ((np.stack(faces), [base, noise(32, 32, 3, np.uint16)]), ValueError, "got uint16"),
+        (([faces[0], 3], base), TypeError, r"texture\[1\] must be .*, got int"),
+        ((faces, [base, 3]), TypeError, r"base\[1\] must be .*, got int"),
+    ]:  # fmt: skip
+        with pytest.raises(error, match=message):
+            graft.apply(*arguments)
+    with pytest.raises(ValueError, match="out must be a list of arrays"):
+        graft.apply(faces, base, out=np.empty_like(base))
+    for call in (graft.fit, graft.tone):
+        with pytest.raises(TypeError, match=r"texture must be .*, got list"):
+            call(faces, base)
+
+
+def test_warnings_name_items(pair):
+    graft = uvgraft.Graft(pair)
+    faces = [noise(8, 8, 3, np.float32), np.full((8, 8, 3), np.nan, np.float32)]
+    with pytest.warns(UserWarning, match=r"^texture\[1\]: ") as caught:
+        graft.apply(faces, noise(8, 8, 3, np.float32))
+    assert not [it for it in caught if "texture[0]" in str(it.message)]
+
+
+def test_a_graft_is_a_function(pair):
+    face, base = noise(16, 16, 3), noise(32, 32, 3)
+    graft, out = uvgraft.Graft(pair), np.empty((32, 32, 3), np.uint8)
+    wanted = graft.apply(face, base)
+    np.testing.assert_array_equal(graft(face, base), wanted)
+    assert graft(texture=face, base=base, out=out, threads=1) is out
+    np.testing.assert_array_equal(out, wanted)
+
+
+@pytest.mark.parametrize("dtype", [np.float64, np.float16])
+def test_other_floats_are_converted_to_float32(pair, dtype):
+    graft = uvgraft.Graft(pair)
+    face, base = noise(16, 16, 3, np.float32).astype(dtype), noise(32, 32, 3, np.float32)
+    wanted = graft.apply(face.astype(np.float32), base)
+    for given in [(face, base), (face, base.astype(np.float64))]:
+        found = graft.apply(*given)
+        assert found.dtype == np.float32
+        np.testing.assert_array_equal(found, wanted)
+    # Beyond the range of float32 there is nothing to show.
+    if dtype is np.float64:
+        face[8, 8] = 1e300
+        with pytest.warns(UserWarning, match="1 texel is NaN or infinite"):
+            graft.apply(face, base)
+
+
+def test_booleans_are_white_where_true(pair):
+    mask = noise(16, 16, 1)[..., 0] > 128
+    white = np.where(mask, 255, 0).astype(np.uint8)
+    graft = uvgraft.Graft(pair, content="data", filter="nearest", size=32)
+    found = graft.apply(mask)
+    assert (found.dtype, found.shape) == (np.uint8, (32, 32))
+    assert set(np.unique(found)) == {0, 255}
+    np.testing.assert_array_equal(found, graft.apply(white))
+    np.testing.assert_array_equal(graft.apply(mask[None, ..., None]), found[None, ..., None])
+
+
+def test_floats_from_0_to_255_are_warned_of(pair, recwarn):
+    face, base = noise(16, 16, 3), noise(32, 32, 3, np.float32)
+    graft = uvgraft.Graft(pair)
+    with pytest.warns(UserWarning, match="^texture: most values are above 2, where 1.0 is white"):
+        graft.apply(face.astype(np.float64), base)
+    with pytest.warns(UserWarning, match="divided by 255"):
+        graft.apply(face.astype(np.float32), base, out=base)
+    with pytest.warns(UserWarning, match="^base: most values"):
+        graft.apply(face, noise(32, 32, 3).astype(np.float32))
+    recwarn.clear()
+    # Lights, and what is no colour, may have any values.
+    lit = np.where(face < 64, 100.0, 0.5).astype(np.float32)
+    graft.apply(lit, base)
+    uvgraft.Graft(pair, content="data").apply(face.astype(np.float32), base)
+    assert not recwarn
+
+
 def test_operators(pair):
     graft = uvgraft.Graft(pair, size=24, filter="catmull-rom")
     operator = graft.operator(source_size=16)
@@ -355,31 +477,84 @@ def test_pairs(pair, tmp_path):
         uvgraft.Pair.load(path)
     with pytest.raises(OSError):
         pair.save(tmp_path / "none" / "a.uvpair")
-    with pytest.raises(TypeError, match="source must be a Mesh or a path, got int"):
+    with pytest.raises(
+        TypeError, match="source must be a Mesh, a path or a mesh of trimesh, got int"
+    ):
         uvgraft.Pair(3, square(ASIDE))
     with pytest.raises(uvgraft.Error, match="vertex"):
         uvgraft.Pair(square(UPRIGHT), square(ASIDE), vertex_map=[0, 1])
     with pytest.raises(ValueError, match="reach must be from 0 to 1"):
         uvgraft.Pair(square(UPRIGHT), square(ASIDE), reach=2)
+    with pytest.raises(ValueError, match='flip_v must be "source" or "target", got "up"'):
+        uvgraft.Pair(square(UPRIGHT), square(ASIDE), flip_v="up")
+    with pytest.raises(TypeError, match='flip_u must be "source", "target" or a sequence'):
+        uvgraft.Pair(square(UPRIGHT), square(ASIDE), flip_u=3)
 
 
-def test_meshes():
-    below = uvgraft.Mesh([[0, 0, 0], [1, 0, 0], [0, 1, 0]], [[0, 1, 2]], [[0, 0.25]] * 3,
-                         uv_origin="bottom-left")  # fmt: skip
-    np.testing.assert_array_equal(below.uv, [[0, 0.75]] * 3)
-    assert below.faces.dtype == np.uint32
-    for arguments, error, message in [
-        (([[0, 0]], [[0, 0, 0]], [[0, 0]]), ValueError, r"positions must have shape \(n, 3\)"),
-        (([[0, 0, 0]], [[0, 0, 1]], [[0, 0]]), uvgraft.Error, "vertex"),
-        (([[0, 0, 0]], [[0, 0, -1]], [[0, 0]]), ValueError, "-1 is not an index"),
-        (([[0, 0, 0]], [[0.5, 0, 0]], [[0, 0]]), TypeError, "faces"),
-        (([[np.nan, 0, 0]], [[0, 0, 0]], [[0, 0]]), uvgraft.Error, "finite"),
-        (([["a", 0, 0]], [[0, 0, 0]], [[0, 0]]), TypeError, "positions"),
+@pytest.mark.filterwarnings("ignore:100 % of the linked area is mirrored")
+def test_one_mesh_or_both_may_be_flipped():
+    def flipped(sides):
+        return uvgraft.Pair(square(UPRIGHT), square(ASIDE), flip_v=sides)
+
+    assert flipped("source") == flipped(["source"])
+    assert flipped("source") != flipped(("source", "target"))
+
+
+def test_a_pair_file_is_as_good_as_its_pair(pair, tmp_path):
+    path, face, base = tmp_path / "a.uvpair", noise(16, 16, 3), noise(32, 32, 3)
+    pair.save(path)
+    assert uvgraft.Pair(path) == uvgraft.Pair(str(path)) == pair
+    wanted = uvgraft.Graft(pair)(face, base)
+    np.testing.assert_array_equal(uvgraft.Graft(path)(face, base), wanted)
+    assert uvgraft.Graft(path).pair == pair
+    assert uvgraft.SamplingMap(path, size=8).stats == uvgraft.SamplingMap(pair, size=8).stats
+    assert uvgraft.seams(path, base).rim == uvgraft.seams(pair, base).rim
+    for arguments, options, message in [
+        ((pair.source,), {}, "target is missing"),
+        ((tmp_path / "a.obj",), {}, "target is missing, and .*a.obj is not a pair file"),
+        ((path,), {"by": "surface"}, "by is for two meshes, which .*a.uvpair has linked"),
+        ((path,), {"vertex_map": [0]}, "vertex_map is for two meshes"),
+    ]:
+        (tmp_path / "a.obj").write_text("v 0 0 0")
+        with pytest.raises(TypeError, match=message):
+            uvgraft.Pair(*arguments, **options)
+    with pytest.raises(FileNotFoundError):
+        uvgraft.Graft(tmp_path / "none.uvpair")
+    with pytest.raises(TypeError, match="pair must be a Pair or a path, got Mesh"):
+        uvgraft.Graft(pair.source)
+
+
+def test_tables_are_those_of_the_command(demo, tmp_path):
+    meshes = [demo / name for name in ("head.obj", "body.obj")]
+    ids = np.load(demo / "head_to_body.npy")
+    # Each vertex of the head is that of the body with all the weight.
+    table = tmp_path / "table.npz"
+    linked = np.flatnonzero(ids >= 0)
+    sparse.save_npz(table, sparse.csr_array(
+        (np.ones(len(linked), np.float32), (linked, ids[linked])),
+        shape=(len(ids), len(uvgraft.Mesh(meshes[1]).positions))))  # fmt: skip
+    command("pair", *meshes, "--table", table, "-o", tmp_path / "a.uvpair", "--outside=clamp")
+    made = uvgraft.Pair(*meshes, table=table, outside="clamp")
+    assert made.method == "table"
+    assert made.to_bytes() == uvgraft.Pair(*meshes, table=table, by="table").to_bytes()
+    theirs = uvgraft.Pair.load(tmp_path / "a.uvpair")
+    assert made.piece_count == theirs.piece_count
+    size = {"size": 64}
+    np.testing.assert_array_equal(
+        uvgraft.Graft(made).map(**size).uv(), uvgraft.Graft(theirs).map(**size).uv()
+    )
+    for options, error, message in [
+        ({"table": tmp_path / "none"}, FileNotFoundError, "none"),
+        ({"table": demo / "face.png"}, uvgraft.Error, r"face\.png: "),
+        ({"table": table, "vertex_map": ids}, TypeError, "either vertex_map or table"),
+        ({"table": table, "by": "faces"}, ValueError, 'table is used only with by="table" or'),
+        ({"by": "table"}, ValueError, 'by="table" needs table'),
+        ({"by": "vertex-map"}, ValueError, 'by="vertex-map" needs vertex_map'),
     ]:
         with pytest.raises(error, match=message):
-            uvgraft.Mesh(*arguments, uv_origin="top-left")
-    with pytest.raises(TypeError):
-        uvgraft.Mesh([[0, 0, 0]], [[0, 0, 0]], [[0, 0]])
+            uvgraft.Pair(*meshes, **options)
+    with pytest.raises(uvgraft.Error, match=r"table\.npz: "):
+        uvgraft.Pair(square(UPRIGHT), square(ASIDE), table=table)
 
 
 def test_images(tmp_path):
@@ -398,17 +573,3 @@ def test_images(tmp_path):
         uvgraft.read_image(tmp_path / "b.png")
     with pytest.raises(uvgraft.Error, match="must be a file"):
         uvgraft.read_image(tmp_path)
-
-
-def test_what_is_assumed_of_meshes_is_warned_of(tmp_path):
-    lines = ["v 0 0 0", "v 1 0 0", "v 1 1 0", "v 0 1 0", "vt 0 0", "vt 1 0", "vt 1 1", "vt 0 1"]
-    sheet = [*lines, "f 1/1 2/2 3/3 4/4"]
-    path = tmp_path / "part.obj"
-    path.write_text("\n".join([*sheet, "o hair", "f 1 2 3"]))
-    with pytest.warns(UserWarning, match="1 of 2 polygons has no UV coordinates"):
-        assert len(uvgraft.Mesh.load(path).faces) == 2
-    path.write_text("\n".join([*sheet, "v 5 5 5"]))
-    (tmp_path / "target.obj").write_text("\n".join([*sheet, "v 5 5 5", "v 6 5 5"]))
-    with pytest.warns(UserWarning, match=r"a map of the first 4 vertices \(1 after them"):
-        pair = uvgraft.Pair(path, tmp_path / "target.obj", vertex_map=range(4))
-    assert pair.method == "vertex-map"

@@ -242,7 +242,7 @@ def test_refusals():
     with pytest.raises(TypeError, match="mask must have dtype bool or uint8, got float32"):
         uvgraft.psnr(a, a, mask=np.ones((32, 32), np.float32))
     with pytest.raises(TypeError, match="test must have dtype"):
-        uvgraft.psnr(a, a.astype(np.float64))
+        uvgraft.psnr(a, a.astype(np.int64))
     holed = np.full((32, 32, 3), np.nan, np.float32)
     with pytest.raises(ValueError, match=r"test: texel \(0, 0\) is NaN or infinite"):
         uvgraft.l1(a, holed)

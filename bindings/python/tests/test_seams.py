@@ -178,8 +178,10 @@ def test_results_can_be_pickled(split):
 
 def test_refusals(pair):
     texture = np.zeros((16, 16, 3), np.uint8)
-    with pytest.raises(TypeError, match="pair must be a Pair or a Graft, got str"):
-        uvgraft.seams("pair.uvpair", texture)
+    with pytest.raises(TypeError, match="pair must be a Pair, a path or a Graft, got int"):
+        uvgraft.seams(3, texture)
+    with pytest.raises(FileNotFoundError, match=r"none\.uvpair"):
+        uvgraft.seams("none.uvpair", texture)
     with pytest.raises(ValueError, match="reverse is for a Pair"):
         uvgraft.seams(uvgraft.Graft(pair), texture, reverse=True)
     with pytest.raises(ValueError, match="either offset or distance"):

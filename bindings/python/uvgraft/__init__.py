@@ -9,11 +9,17 @@ The main steps::
     body = graft.apply("face.png", "body.png")  # for any number of faces, from any thread
     uvgraft.write_image("body_with_face.png", body)
 
+Or in one call::
+
+    body = uvgraft.transfer("head.obj", "body.obj", "face.png", "body.png", vertex_map="ids.npy")
+
 Textures are NumPy arrays of shape ``(height, width)`` or ``(height, width, channels)`` with 1 to 4
 channels (grey, grey and alpha, RGB, RGBA; alpha is not premultiplied), row 0 at the top, with dtype
-``uint8`` (0 to 255), ``uint16`` (0 to 65535) or ``float32`` (1.0 is white). Wherever a texture is
-read, a PIL image or the path of an image file will do as well. Sizes are one side in texels, or
-``(height, width)`` as in an array's shape. The interpreter's lock is released while uvgraft works.
+``uint8`` (0 to 255), ``uint16`` (0 to 65535) or ``float32`` (1.0 is white). ``float64`` and
+``float16`` are converted to ``float32``, ``bool`` to ``uint8``: white where true. Wherever a
+texture is read, a PIL image or the path of an image file will do as well. Sizes are one side in
+texels, or ``(height, width)`` as in an array's shape. The interpreter's lock is released while
+uvgraft works.
 """
 
 from uvgraft._avatar import Avatar, avatar, avatar_from_photos
@@ -26,6 +32,7 @@ from uvgraft._render import render
 from uvgraft._results import EdgeGroup, Fit, Seams, SeamSteps, SkinMatch, Tone, WorstEdge
 from uvgraft._roundtrip import RoundTrip, roundtrip
 from uvgraft._selfie import Selfie, selfie
+from uvgraft._transfer import GraftOptions, PairingOptions, transfer
 from uvgraft._uvgraft import (
     BodyModel,
     Error,
@@ -39,6 +46,7 @@ from uvgraft._uvgraft import (
     flip,
     get_threads,
     l1,
+    load,
     lpips,
     psnr,
     read_image,
@@ -58,9 +66,11 @@ __all__ = [
     "FileTransfer",
     "Fit",
     "Graft",
+    "GraftOptions",
     "Mesh",
     "Operator",
     "Pair",
+    "PairingOptions",
     "Progress",
     "Region",
     "RoundTrip",
@@ -81,6 +91,7 @@ __all__ = [
     "flip",
     "get_threads",
     "l1",
+    "load",
     "lpips",
     "psnr",
     "read_image",
@@ -92,5 +103,6 @@ __all__ = [
     "show",
     "ssim",
     "ssimulacra2",
+    "transfer",
     "write_image",
 ]

@@ -11,6 +11,10 @@ from typing import Any, Literal, TypeAlias
 StrPath: TypeAlias = str | os.PathLike[str]
 # An array, a PIL image, anything else with `__array__`, or the path of an image file.
 Image: TypeAlias = Any
+# An image, a list of these, or an array of shape (n, height, width, channels).
+Images: TypeAlias = Any
+# A `Mesh`, a path, or an object with `vertices`, `faces` and `visual.uv`, such as trimesh's.
+MeshLike: TypeAlias = Any
 Size: TypeAlias = int | tuple[int, int]
 
 BlendMode = Literal["none", "feather", "membrane"]

@@ -1,7 +1,7 @@
 """The compiled part of uvgraft. Docstrings are those of the module: ``help(uvgraft.Graft)``."""
 
 from collections.abc import Iterable, Sequence
-from typing import Any, Literal, TypeAlias, final
+from typing import Any, Literal, TypeAlias, final, overload
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -13,9 +13,12 @@ from uvgraft._types import (
     BlendMode,
     Filter,
     Image,
+    Images,
+    MeshLike,
     NormalY,
     Overlap,
     Prefer,
+    Side,
     Size,
     StrPath,
     ToneSide,
@@ -39,7 +42,9 @@ __all__ = [
     "compare",
     "flip",
     "get_threads",
+    "is_pair_file",
     "l1",
+    "load",
     "lpips",
     "make_avatar",
     "make_page",
@@ -60,6 +65,18 @@ class Error(Exception): ...
 
 @final
 class Mesh:
+    @overload
+    def __new__(
+        cls,
+        positions: MeshLike,
+        faces: None = None,
+        uv: None = None,
+        uv_faces: None = None,
+        *,
+        uv_origin: None = None,
+        name: str | None = None,
+    ) -> Mesh: ...
+    @overload
     def __new__(
         cls,
         positions: ArrayLike,
@@ -68,7 +85,7 @@ class Mesh:
         uv_faces: ArrayLike | None = None,
         *,
         uv_origin: Literal["bottom-left", "top-left"],
-        name: str = "mesh",
+        name: str | None = None,
     ) -> Mesh: ...
     @staticmethod
     def load(path: StrPath) -> Mesh: ...
@@ -88,18 +105,19 @@ class Mesh:
 class Pair:
     def __new__(
         cls,
-        source: Mesh | StrPath,
-        target: Mesh | StrPath,
+        source: MeshLike,
+        target: MeshLike | None = None,
         *,
         vertex_map: ArrayLike | StrPath | None = None,
-        by: Literal["auto", "vertex-map", "faces", "topology", "surface"] = "auto",
+        table: StrPath | None = None,
+        by: Literal["auto", "vertex-map", "table", "faces", "topology", "surface"] = "auto",
         align: Literal["similarity", "rigid", "none"] = "similarity",
         landmarks: ArrayLike | None = None,
         reach: float | None = None,
         visibility: float | None = None,
         outside: Literal["unlinked", "clamp", "repeat"] = "unlinked",
-        flip_u: Sequence[Literal["source", "target"]] | None = None,
-        flip_v: Sequence[Literal["source", "target"]] | None = None,
+        flip_u: Side | Sequence[Side] | None = None,
+        flip_v: Side | Sequence[Side] | None = None,
         note: str | None = None,
         threads: int | None = None,
     ) -> Pair: ...
@@ -128,7 +146,7 @@ class Pair:
 class Graft:
     def __new__(
         cls,
-        pair: Pair,
+        pair: Pair | StrPath,
         *,
         size: Size | None = None,
         reverse: bool = False,
@@ -151,12 +169,40 @@ class Graft:
         labels: Image | None = None,
         threads: int | None = None,
     ) -> Graft: ...
+    @overload
+    def apply(
+        self,
+        texture: list[Image] | tuple[Image, ...],
+        base: Images | None = None,
+        *,
+        out: Any = None,
+        threads: int | None = None,
+    ) -> list[NDArray[Any]]: ...
+    @overload
     def apply(
         self,
         texture: Image,
-        base: Image | None = None,
+        base: Images | None = None,
         *,
-        out: NDArray[Any] | None = None,
+        out: Any = None,
+        threads: int | None = None,
+    ) -> NDArray[Any]: ...
+    @overload
+    def __call__(
+        self,
+        texture: list[Image] | tuple[Image, ...],
+        base: Images | None = None,
+        *,
+        out: Any = None,
+        threads: int | None = None,
+    ) -> list[NDArray[Any]]: ...
+    @overload
+    def __call__(
+        self,
+        texture: Image,
+        base: Images | None = None,
+        *,
+        out: Any = None,
         threads: int | None = None,
     ) -> NDArray[Any]: ...
     def fit(
@@ -195,7 +241,7 @@ class Graft:
 class SamplingMap:
     def __new__(
         cls,
-        pair: Pair,
+        pair: Pair | StrPath,
         *,
         size: Size,
         reverse: bool = False,
@@ -258,6 +304,8 @@ class PreparedTransfer:
     def made_from_bytes(self, data: bytes) -> str: ...
     def made_from_file(self, source: StrPath) -> str: ...
 
+def load(path: StrPath) -> Any: ...
+def is_pair_file(path: StrPath) -> bool: ...
 def read_image(path: StrPath) -> NDArray[Any]: ...
 def write_image(
     path: StrPath,
@@ -341,7 +389,7 @@ def compare(
     threads: int | None = None,
 ) -> dict[str, float]: ...
 def seams(
-    pair: Pair | Graft,
+    pair: Pair | StrPath | Graft,
     texture: Image,
     *,
     reverse: bool = False,

@@ -144,6 +144,12 @@ pub(crate) fn file_of(given: &Input) -> Input {
     MeshFile::parse(given).file
 }
 
+/// Whether a file can be a mesh, from its first bytes: OBJ files may begin with any line of text.
+pub fn may_be_mesh(start: &[u8]) -> bool {
+    let is_text = |byte: &u8| !byte.is_ascii_control() || byte.is_ascii_whitespace();
+    Format::detected(start) != Format::Obj || start.iter().all(is_text)
+}
+
 /// Reads a mesh, and notes what of it is left out.
 ///
 /// # Errors

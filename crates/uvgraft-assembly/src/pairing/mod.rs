@@ -2,6 +2,7 @@
 //! tell of a pair that may be a mistake.
 
 mod outside;
+pub mod table;
 
 use uvgraft::correspond::surface::SurfaceReport;
 use uvgraft::mesh::UvAxis;

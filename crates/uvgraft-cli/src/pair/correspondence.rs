@@ -8,14 +8,15 @@ use uvgraft::correspond::surface::Align;
 use uvgraft::correspond::{self, By, FindOptions};
 use uvgraft::pair::OtherLayouts;
 use uvgraft::{Choice, LinkError, Mesh, Pair};
+use uvgraft_assembly::pairing::table::{self, TableLinks};
 use uvgraft_io::{obj, vertex_map};
 use uvgraft_pipeline::Failure;
 
-use super::{landmarks, table};
+use super::landmarks;
 use crate::choice::choice;
 use crate::failure::{OrBadInput, bad_input, note};
 use crate::heading;
-use crate::report::{Linked, Method};
+use crate::report::{Linked, LinkedTable, Method};
 
 /// How the meshes correspond.
 #[derive(clap::Args)]
@@ -175,7 +176,11 @@ impl Options {
         }
         if let Some(path) = &self.table {
             let options = self.find_options([&source, &target])?;
-            return table::link(path, &source, &target, &options.surface);
+            let TableLinks { pair, other_layouts, report, unusable } =
+                table::link(path, &source, &target, &options.surface)?;
+            let linked_by = Method::Table(LinkedTable { report, unusable });
+            let linked = Linked { linked_by, not_linked_by: Vec::new() };
+            return Ok(LinkedPair { pair, linked, other_layouts });
         }
         let options = self.find_options([&source, &target])?;
         let found = correspond::find(source, target, &options)

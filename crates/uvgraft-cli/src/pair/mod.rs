@@ -2,7 +2,6 @@
 
 mod correspondence;
 mod landmarks;
-mod table;
 
 use std::path::PathBuf;
 use std::process::ExitCode;
