@@ -257,6 +257,7 @@ lint:
 	@scripts/build-viewer.sh
 	$(CARGO) fmt --all --check
 	@scripts/check-test-files.sh
+	@scripts/check-workflows.sh
 	$(CARGO) clippy --locked --workspace --all-targets $(FEATURES) -- -D warnings
 	CARGO="$(CARGO)" scripts/check-libraries.sh "$(LIBRARIES)" "$(THREADLESS)$(if $(CXX_FOUND),$(COMMA)$(THREADLESS_NATIVE))"
 	@CARGO="$(CARGO)" scripts/check-wasm.sh "$(LIBRARIES)" "$(THREADLESS)"
