@@ -16,8 +16,7 @@ sources=crates/uvgraft-viewer
 folder=target/viewer
 
 skip() {
-    echo "build-viewer: $1" >&2
-    echo "build-viewer: skipped, so \`uvgraft view\` is left out" >&2
+    echo "build-viewer: $1; \`uvgraft view\` and avatar.html are left out" >&2
     # An outdated page may not match the program.
     rm -f "$folder/viewer.html" "$folder/made-from"
     if [ -n "${CI:-}" ]; then exit 1; fi

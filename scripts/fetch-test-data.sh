@@ -62,8 +62,16 @@ missing() {
 }
 
 wanted=$(missing "$@")
+python=$(command -v python3 || command -v python) || python=
 if [ -n "$list" ]; then
-    [ -z "$wanted" ] || echo "$wanted" | while read -r _ megabytes about; do
+    [ -z "$wanted" ] || echo "$wanted" | while read -r name megabytes about; do
+        # What there is nothing to download with is not going to be downloaded.
+        if [ "$name" = $landmarks ]; then
+            [ -n "$python" ] || command -v npm >/dev/null || continue
+        else
+            [ -n "$python" ] || continue
+            "$python" -c 'import ensurepip' 2>/dev/null || "$python" -m pip --version >/dev/null 2>&1 || continue
+        fi
         printf '%s\t%s\t%s\n' "$megabytes" "$about" "$data"
     done
     exit 0
@@ -75,7 +83,6 @@ temporary=$(mktemp -d "$data/fetch.XXXXXX")
 trap 'rm -rf "$temporary"' EXIT
 trap 'exit 1' HUP INT TERM
 
-python=$(command -v python3 || command -v python) || python=
 has_pip=
 if [ -n "$python" ]; then
     # Some distributions omit pip, but install it into virtual environments.

@@ -11,8 +11,7 @@ packages=crates/uvgraft-tests/browser
 folder=target/browser
 
 skip() {
-    echo "install-browser-packages: $1" >&2
-    echo "install-browser-packages: skipped, so tests in a browser are skipped too" >&2
+    echo "install-browser-packages: $1; tests in a browser are skipped" >&2
     if [ -n "${CI:-}" ]; then exit 1; fi
     exit 0
 }

@@ -49,9 +49,14 @@ case $what in
     demo)
         echo "make demo: the whole workflow on a built-in example; pictures go to uvgraft-demo/"
         missing=$(
-            command -v npm >/dev/null || echo "no npm: no avatar.html, which shows the avatar in a browser"
-            python3 -c 'import ensurepip' 2>/dev/null || python3 -m pip --version >/dev/null 2>&1 ||
-                echo "no Python with pip: a picture of the figure takes the place of the photograph"
+            has_npm=$(command -v npm) || echo "no npm: no avatar.html, which shows the avatar in a browser"
+            if ! python3 -c 'import ensurepip' 2>/dev/null && ! python3 -m pip --version >/dev/null 2>&1; then
+                if [ -n "$has_npm" ] || command -v python3 >/dev/null; then
+                    echo "no Python with pip: a picture of the figure takes the place of the photograph"
+                else
+                    echo "no Python either: no avatar of a photograph"
+                fi
+            fi
         )
         advice=
         downloads=$(
