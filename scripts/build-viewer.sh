@@ -51,7 +51,7 @@ if ! cmp -s "$sources/package-lock.json" "$packages/package-lock.json"; then
     # take two minutes.
     npm ci --prefix "$temporary/packages" --silent --ignore-scripts --no-audit --no-fund \
         --fetch-retries 1 --fetch-retry-mintimeout 1000 --fetch-retry-maxtimeout 5000 >&2 ||
-        skip "could not install npm packages; is there a network?"
+        skip "could not install npm packages (is there a network?)"
     rm -rf "$packages"
     mv "$temporary/packages" "$packages"
 fi

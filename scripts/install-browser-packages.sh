@@ -35,6 +35,6 @@ echo "install-browser-packages: 50 MB" >&2
 # Without a network, npm's own retries would take two minutes.
 npm ci --prefix "$temporary" --silent --ignore-scripts --no-audit --no-fund \
     --fetch-retries 1 --fetch-retry-mintimeout 1000 --fetch-retry-maxtimeout 5000 >&2 ||
-    skip "could not install npm packages; is there a network?"
+    skip "could not install npm packages (is there a network?)"
 rm -rf "$folder"
 mv "$temporary" "$folder"
