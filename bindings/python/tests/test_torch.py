@@ -310,7 +310,7 @@ def test_grid_sample_on_real_meshes():
 
 
 def test_the_example(capsys, monkeypatch):
-    example = Path(__file__).parent.parent / "examples" / "fit_by_gradient_descent.py"
+    example = Path(__file__).parents[3] / "examples" / "fit_by_gradient_descent.py"
     monkeypatch.setattr(sys, "argv", [str(example), "--steps", "80"])
     runpy.run_path(str(example), run_name="__main__")
     lines = capsys.readouterr().out.splitlines()

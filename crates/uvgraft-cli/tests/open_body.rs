@@ -1,4 +1,4 @@
-//! The open body through the program, from the wheel that `scripts/fetch-open-body.sh` fetches to avatars.
+//! The open body through the program, from the wheel that `scripts/fetch-test-data.sh open-body` fetches to avatars.
 
 #![expect(clippy::unwrap_used, reason = "a test that cannot set up its files has failed")]
 

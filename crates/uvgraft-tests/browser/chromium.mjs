@@ -7,7 +7,7 @@ import { fileURLToPath } from "node:url";
 
 const here = path.dirname(fileURLToPath(import.meta.url));
 
-/// The folder in which scripts/install-browser.sh installs packages.
+/// The folder in which scripts/install-browser-packages.sh installs packages.
 export const folder = process.env.UVGRAFT_BROWSER_PACKAGES ?? path.join(here, "../../../target/browser");
 
 /// Loads packages by name.
@@ -20,7 +20,7 @@ export function executable() {
   if (process.env.UVGRAFT_CHROMIUM) return process.env.UVGRAFT_CHROMIUM;
   const places = (process.env.PATH ?? "").split(path.delimiter);
   const found = places.flatMap((place) => NAMES.map((name) => path.join(place, name))).find((file) => existsSync(file));
-  if (!found) throw new Error(`found none of ${NAMES.join(", ")}; scripts/install-browser.sh installs one`);
+  if (!found) throw new Error(`found none of ${NAMES.join(", ")}; make test-setup installs one`);
   return found;
 }
 

@@ -1,6 +1,7 @@
 //! Loads avatars in a browser and runs Khronos' glTF validator, by means of `browser/browser.mjs`.
 //!
-//! `scripts/install-browser.sh` installs what that needs. Tests skip visibly where it is missing;
+//! `make test-setup` installs Chromium and Node, and `scripts/install-browser-packages.sh` packages from npm. Tests skip
+//! visibly where something is missing;
 //! where `CI` is set they fail.
 
 use std::path::{Path, PathBuf};
@@ -41,7 +42,10 @@ impl Browser {
         match browser.run("check", &json!({})) {
             Ok(_) => Some(browser),
             Err(reason) => {
-                let reason = format!("{reason}scripts/install-browser.sh installs what is missing");
+                let reason = format!(
+                    "{reason}`make test-setup` and \
+                     scripts/install-browser-packages.sh install what is missing"
+                );
                 assert!(std::env::var_os("CI").is_none(), "{reason}");
                 #[expect(clippy::print_stderr, reason = "a skipped test must be visible")]
                 {

@@ -1,6 +1,6 @@
 //! Loads avatars in the programs that people open them with: Blender and Godot, both headless.
 //!
-//! `scripts/install-clients.sh` installs them, and `make test-clients` enables their tests by
+//! `make test-setup` installs them, and `make test-clients` enables their tests by
 //! setting `UVGRAFT_CLIENTS`; elsewhere these skip visibly, since Blender alone takes half a
 //! gigabyte.
 
@@ -70,7 +70,7 @@ impl Client {
             assert!(std::env::var_os("CI").is_none(), "there is no {program}");
             #[expect(clippy::print_stderr, reason = "a skipped test must be visible")]
             {
-                eprintln!("skipped: there is no {program}; scripts/install-clients.sh installs it");
+                eprintln!("skipped: there is no {program}; `make test-setup` installs it");
             }
         }
         is_there.then_some(self)

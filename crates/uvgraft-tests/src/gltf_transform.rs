@@ -1,5 +1,5 @@
 //! gltf-transform, which makes files like those in the wild: compressed with Draco or
-//! meshoptimizer, with other image formats. `scripts/install-browser.sh` installs it.
+//! meshoptimizer, with other image formats. `scripts/install-browser-packages.sh` installs it.
 
 use std::path::{Path, PathBuf};
 use std::process::Command;
@@ -22,7 +22,7 @@ impl GltfTransform {
         if script.is_file() && node.is_ok_and(|node| node.status.success()) {
             return Some(Self { script });
         }
-        let reason = "there is no gltf-transform; scripts/install-browser.sh installs it";
+        let reason = "there is no gltf-transform; scripts/install-browser-packages.sh installs it";
         assert!(std::env::var_os("CI").is_none(), "{reason}");
         #[expect(clippy::print_stderr, reason = "a skipped test must be visible")]
         {

@@ -47,7 +47,7 @@ pub(crate) struct Args {
     /// Add an avatar of the open body: its model file, or `open`
     ///
     /// A file that `uvgraft body import` wrote. `open` imports it from the wheel that
-    /// scripts/fetch-open-body.sh puts into target/test-data.
+    /// scripts/fetch-test-data.sh open-body puts into target/test-data.
     #[arg(long, value_name = "MODEL|open")]
     body: Option<PathBuf>,
     /// Photograph that an avatar is made of

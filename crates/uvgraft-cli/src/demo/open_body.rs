@@ -89,7 +89,7 @@ fn read(model: &Path) -> anyhow::Result<NamedArrays> {
     let wheel = fetched(WHEEL_NAME);
     if !wheel.is_file() {
         return Err(bad_input(format!(
-            "{} is missing; scripts/fetch-open-body.sh fetches it",
+            "{} is missing; scripts/fetch-test-data.sh open-body fetches it",
             wheel.display()
         )));
     }
