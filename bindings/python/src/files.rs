@@ -69,7 +69,7 @@ impl FileKind {
         }
         if Format::detect(&start).is_some() {
             Ok(Self::Image)
-        } else if pair_file::begins_as_pair(&start, metadata.len()) {
+        } else if pair_file::is_pair_file(&start) {
             Ok(Self::Pair)
         } else if let Some(named) = by_extension() {
             Ok(named)

@@ -8,13 +8,15 @@ use std::path::PathBuf;
 use pyo3::prelude::*;
 use pyo3::types::{PyBytes, PyMapping};
 use uvgraft::{Depth, Encoding};
+use uvgraft_assembly::mesh_file::LoadedMesh;
 use uvgraft_io::image::{self, Format, Image, WriteOptions};
-use uvgraft_io::pair_file;
+use uvgraft_io::{obj, pair_file};
 use uvgraft_pipeline::{BaseSource, Input};
 
 use crate::arrays::texture;
 use crate::error::{bad_value, failed, of_pipeline};
 use crate::keywords::{extracted, of_type};
+use crate::mesh::mesh;
 use crate::pair::Pair;
 
 /// An image: a path, an array or a PIL image.
@@ -83,11 +85,11 @@ pub(crate) fn by_role<T>(
     images.iter().map(image).collect()
 }
 
-/// Photographs: one image, a sequence of these, or an array of several.
+/// One image, a sequence of these, or an array of several.
 ///
 /// # Errors
 /// As [`image`].
-pub(crate) fn photographs(given: &Bound<'_, PyAny>, name: &str) -> PyResult<Vec<Input>> {
+pub(crate) fn images(given: &Bound<'_, PyAny>, name: &str) -> PyResult<Vec<Input>> {
     let axes = given.getattr("ndim").and_then(|axes| axes.extract::<usize>());
     let is_one = given.extract::<PathBuf>().is_ok()
         || given.hasattr("getbands")?
@@ -95,11 +97,11 @@ pub(crate) fn photographs(given: &Bound<'_, PyAny>, name: &str) -> PyResult<Vec<
     if is_one {
         return Ok(vec![image(given, name, Encoding::Srgb)?]);
     }
-    let wanted = "a photograph or a sequence of these";
-    let photos = given.try_iter().map_err(|_| of_type(given, name, wanted))?;
-    photos
+    let wanted = "an image or a sequence of these";
+    let images = given.try_iter().map_err(|_| of_type(given, name, wanted))?;
+    images
         .enumerate()
-        .map(|(index, photo)| image(&photo?, &format!("{name}[{index}]"), Encoding::Srgb))
+        .map(|(index, given)| image(&given?, &format!("{name}[{index}]"), Encoding::Srgb))
         .collect()
 }
 
@@ -130,6 +132,20 @@ pub(crate) fn avatar(given: &Bound<'_, PyAny>, name: &str) -> PyResult<Input> {
     let data = given.getattr("data").map_err(|_| other())?;
     let data = data.cast::<PyBytes>().map_err(|_| other())?;
     Ok(Input::bytes(file_name, data.as_bytes()))
+}
+
+/// What pictures show: an avatar, or a mesh in a file or of Python, as the content of an OBJ file.
+///
+/// # Errors
+/// `TypeError` for anything else.
+pub(crate) fn shown(given: &Bound<'_, PyAny>, name: &str) -> PyResult<Input> {
+    if given.extract::<PathBuf>().is_ok() || given.hasattr("data")? {
+        return avatar(given, name);
+    }
+    let LoadedMesh { mesh, name, .. } = mesh(given, name)?;
+    let mut text = Vec::new();
+    given.py().detach(|| obj::write(&mesh, &mut text)).map_err(failed)?;
+    Ok(Input::bytes(name, text))
 }
 
 /// Finite numbers by name.

@@ -22,7 +22,7 @@ pub(crate) fn make_picture<'py>(
     let threads = keywords.threads()?;
     let request = keywords.picture()?;
     keywords.finish()?;
-    check_files(py, [&request.avatar])?;
+    check_files(py, request.inputs())?;
     let drawn = work::run(py, threads, move |observer| {
         let rendering = request.open(observer)?;
         observer.check()?;
@@ -49,7 +49,10 @@ pub(crate) fn make_page<'py>(
 
 impl Keywords<'_> {
     fn picture(&self) -> PyResult<RenderRequest> {
-        let mut request = RenderRequest::new(inputs::avatar(&self.required("avatar")?, "avatar")?);
+        let mut request = RenderRequest::new(inputs::shown(&self.required("avatar")?, "avatar")?);
+        if let Some(textures) = self.take("texture")? {
+            request.textures = inputs::images(&textures, "texture")?;
+        }
         request.size = self.size("size")?.unwrap_or(request.size);
         let shot = self.choice("camera")?.map(Aim::Shot);
         request.aim = self.look_at()?.or(shot).unwrap_or(request.aim);

@@ -85,7 +85,7 @@ impl Keywords<'_> {
 
     /// The photographs, at least one.
     pub(crate) fn photos(&self) -> PyResult<Vec<Input>> {
-        let photos = inputs::photographs(&self.required("photos")?, "photos")?;
+        let photos = inputs::images(&self.required("photos")?, "photos")?;
         if photos.is_empty() {
             return Err(bad_value("photos must name at least one photograph"));
         }

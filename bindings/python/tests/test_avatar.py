@@ -197,6 +197,19 @@ def test_options_change_pictures(made, options):
     assert (made.render(size=64, **options) != made.render(size=64)).any()
 
 
+
+def test_pictures_of_meshes_show_textures_side_by_side(demo):
+    body, options = demo / "body.obj", {"size": 64, "unlit": True}
+    red, blue = (np.full((8, 8, 3), color, np.uint8) for color in ([255, 0, 0], [0, 0, 255]))
+    both = uvgraft.render(body, texture=[red, blue], **options)
+    assert both.shape == (64, 128, 3)
+    assert (both[:, :64] == uvgraft.render(uvgraft.Mesh(body), texture=red, **options)).all()
+    assert (both[:, 64:] == uvgraft.render(body, texture=blue, **options)).all()
+    assert (both[32, 32] == [255, 0, 0]).all()
+    with pytest.raises(uvgraft.Error, match="`?texture`? must be given at most 2 times"):
+        uvgraft.render(body, texture=[red] * 3)
+
+
 def test_expressions(made):
     def drawn(expression):
         return made.render(size=64, camera="head", expression=expression)

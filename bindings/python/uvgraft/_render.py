@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Literal, TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
-from uvgraft._types import Size, StrPath
+from uvgraft._types import Images, MeshLike, Size, StrPath
 from uvgraft._uvgraft import make_picture
 
 if TYPE_CHECKING:
@@ -20,8 +20,9 @@ Expression: TypeAlias = str | Mapping[str, float] | Iterable[str]
 
 
 def render(
-    avatar: Avatar | StrPath,
+    avatar: Avatar | MeshLike | StrPath,
     *,
+    texture: Images | None = None,
     size: Size = (1024, 768),
     camera: Literal["body", "head"] = "body",
     look_at: str | Sequence[float] | None = None,
@@ -39,12 +40,16 @@ def render(
     memory: int | str | None = None,
     threads: int | None = None,
 ) -> NDArray[np.uint8]:
-    """Draw a picture of an avatar, on the CPU.
+    """Draw a picture of an avatar, or of a mesh with a texture, on the CPU.
 
     Parameters
     ----------
-    avatar : Avatar or path
-        An avatar, or a GLB, VRM or glTF file of any origin.
+    avatar : Avatar, Mesh, mesh of trimesh or path
+        An avatar, a GLB, VRM or glTF file of any origin, or a mesh: an object, a file, a part of one such
+        as ``"me.glb#Head"``, or the target of a pair file.
+    texture : image, or list of two, optional
+        Shown on a mesh, which is grey without it, or in place of the colour texture of a model that has one
+        only. Two are shown side by side, as before and after, each in a picture of `size`.
     size : int or (int, int)
         Size of the picture in pixels: a side, or ``(height, width)``; at most 4096 a side.
     camera : {"body", "head"}
@@ -97,6 +102,7 @@ def render(
     return make_picture(
         {
             "avatar": avatar,
+            "texture": texture,
             "size": size,
             "camera": camera,
             "look_at": look_at,

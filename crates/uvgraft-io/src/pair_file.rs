@@ -370,16 +370,6 @@ fn read_pieces<'a>(
     }))
 }
 
-/// Whether a file begins as pair files do, and other files of safetensors: with the length of a header,
-/// and the header, which is JSON.
-///
-/// - `start`: its first bytes.
-/// - `length`: of all of it, in bytes.
-pub fn begins_as_pair(start: &[u8], length: u64) -> bool {
-    let Some((header, rest)) = start.split_first_chunk::<8>() else { return false };
-    u64::from_le_bytes(*header) < length && rest.first() == Some(&b'{')
-}
-
 /// Reads a pair file.
 ///
 /// # Errors
