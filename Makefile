@@ -55,7 +55,7 @@ ifneq ($(strip $(ONE_BUILD)),)
 	@$(MAKE) --no-print-directory build
 else
 	@scripts/build-viewer.sh
-	@echo "Compiling; on two processors, this takes about four minutes the first time"
+	@echo "Compiling, which takes some minutes the first time"
 	@$(CARGO) build $(DEMO_CARGO)
 endif
 	@set --; \

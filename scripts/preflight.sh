@@ -34,7 +34,7 @@ crates() {
     megabytes=$1
     shift
     if ! "$cargo" tree --offline --locked --quiet "$@" >/dev/null 2>&1; then
-        printf '%s\t%s\t%s\n' "$megabytes" crates "${CARGO_HOME:-~/.cargo}"
+        printf '%s\t%s\t%s\n' "$megabytes" "crates, besides their index" "${CARGO_HOME:-~/.cargo}"
     fi
 }
 

@@ -25,7 +25,7 @@ fi
 have_driver() {
     # Drivers are files for Linux; other systems bring theirs.
     [ "$(uname)" = Linux ] || return 0
-    { ldconfig -p 2>/dev/null | grep --quiet 'libvulkan\.so\.1'; } || [ -e /usr/lib/libvulkan.so.1 ] || return 1
+    { PATH="$PATH:/sbin:/usr/sbin" ldconfig -p 2>/dev/null | grep --quiet 'libvulkan\.so\.1'; } || [ -e /usr/lib/libvulkan.so.1 ] || return 1
     for folder in /usr/share/vulkan/icd.d /etc/vulkan/icd.d /usr/local/share/vulkan/icd.d; do
         for file in "$folder"/*.json; do
             if [ -e "$file" ]; then return 0; fi
