@@ -32,4 +32,4 @@ case $(rustc -vV | sed -n 's/^host: //p') in
     ;;
 esac
 rm -f "$wheels"/uvgraft-*.whl
-maturin build "$@"
+exec maturin build "$@"

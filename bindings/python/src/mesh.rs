@@ -16,7 +16,7 @@ use crate::foreign_mesh;
 
 /// A triangle mesh with a UV layout. It cannot be changed.
 ///
-/// ``Mesh(path)`` is ``Mesh.load(path)``. ``Mesh(mesh)`` takes a mesh of trimesh, or any object with
+/// ``Mesh(path)`` is ``Mesh.load(path)``. ``Mesh(mesh)`` takes a mesh or a scene of trimesh, or any object with
 /// `vertices`, `faces` and `visual.uv` as trimesh has them: UV coordinates of each vertex, with their origin
 /// at the bottom left.
 ///

@@ -410,7 +410,7 @@ def test_floats_from_0_to_255_are_warned_of(pair, recwarn):
     with pytest.warns(UserWarning, match="^texture: most values are above 2, where 1.0 is white"):
         graft.apply(face.astype(np.float64), base)
     with pytest.warns(UserWarning, match="divided by 255"):
-        graft.apply(face.astype(np.float32), base, out=base)
+        graft.apply(face.astype(np.float32), base, out=base.copy())
     with pytest.warns(UserWarning, match="^base: most values"):
         graft.apply(face, noise(32, 32, 3).astype(np.float32))
     recwarn.clear()
@@ -418,7 +418,7 @@ def test_floats_from_0_to_255_are_warned_of(pair, recwarn):
     lit = np.where(face < 64, 100.0, 0.5).astype(np.float32)
     graft.apply(lit, base)
     uvgraft.Graft(pair, content="data").apply(face.astype(np.float32), base)
-    assert not recwarn
+    assert not [it for it in recwarn if "most values" in str(it.message)]
 
 
 def test_operators(pair):

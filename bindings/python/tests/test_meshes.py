@@ -58,6 +58,39 @@ def foreign(uv=UPRIGHT, **others):
     return types.SimpleNamespace(**given | others)
 
 
+def scene(*parts):
+    """Make an object with what a scene of trimesh has."""
+    return types.SimpleNamespace(geometry={}, dump=lambda: list(parts))
+
+
+def test_scenes_are_the_meshes_in_them():
+    beside = foreign(ASIDE, vertices=np.add(POSITIONS, [2, 0, 0]))
+    both = uvgraft.Mesh(scene(foreign(), beside))
+    np.testing.assert_array_equal(both.faces, FACES + [[a + 4 for a in face] for face in FACES])
+    np.testing.assert_array_equal(both.uv, np.concatenate(
+        [uvgraft.Mesh(foreign()).uv, uvgraft.Mesh(beside).uv]))  # fmt: skip
+    assert both.positions[4:, 0].min() == 2
+    with pytest.warns(UserWarning, match="mesh: 1 of 2 parts of the scene have no UV coordinates"):
+        one = uvgraft.Mesh(scene(foreign(None), beside))
+    np.testing.assert_array_equal(one.positions, uvgraft.Mesh(beside).positions)
+
+
+def test_scenes_of_trimesh(demo):
+    trimesh = pytest.importorskip("trimesh")
+    for name in ("head.obj", "avatar.glb"):
+        loaded = trimesh.load(demo / name)
+        assert isinstance(loaded, trimesh.Scene)
+        found, wanted = uvgraft.Mesh(loaded), uvgraft.Mesh(demo / name)
+        assert found.name == name
+        # Of the same corners, whose triangles are in the order of parts.
+        corners = [
+            np.concatenate([mesh.positions[mesh.faces], mesh.uv[mesh.uv_faces]], axis=2)
+            for mesh in (found, wanted)
+        ]
+        corners = [np.sort(it.reshape(-1, 5).round(4), axis=0) for it in corners]
+        np.testing.assert_allclose(*corners, atol=2e-4)
+
+
 def test_objects_of_other_packages():
     mesh = uvgraft.Mesh(foreign())
     np.testing.assert_allclose(mesh.uv, UPRIGHT, atol=1e-7)
@@ -77,7 +110,8 @@ def test_objects_of_other_packages():
         (foreign(faces=[[0, 1, 2, 3]]), ValueError, r"mesh.faces must have shape \(n, 3\)"),
         (foreign(faces=[[0, 1, -1]]), ValueError, "mesh.faces: -1 is not an index"),
         (foreign(vertices="abc"), TypeError, "mesh.vertices must hold numbers"),
-        (types.SimpleNamespace(geometry={}, graph=0), TypeError, r"got a scene; scene.to_mesh\(\)"),
+        (foreign(faces=[[0, 1, 4]]), uvgraft.Error, "vertex 4 does not exist; there are 4"),
+        (scene(foreign(None), types.SimpleNamespace()), uvgraft.Error, "must have UV coordinates"),
     ]:
         with pytest.raises(error, match=message):
             uvgraft.Mesh(given)
