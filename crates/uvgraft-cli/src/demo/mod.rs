@@ -73,7 +73,7 @@ pub(crate) fn run(args: &Args) -> anyhow::Result<ExitCode> {
     let pictures = Pictures::new(&transferred, &mut steps)?;
     let avatar = AnimatedFigure::new(&transferred, &mut steps)?;
     let selfie = Selfie::new(args, &transferred, &mut steps)?;
-    let has_selfie = selfie.is_some();
+    let photo = selfie.as_ref().map(|selfie| selfie.photo.clone());
     let outputs = Outputs { folder, written: Vec::new() };
     let outputs = transferred.write(outputs, pictures)?;
     let outputs = avatar.write(outputs)?;
@@ -87,7 +87,7 @@ pub(crate) fn run(args: &Args) -> anyhow::Result<ExitCode> {
     };
     steps.done("writing", &format!("{} files", outputs.written.len()))?;
     outcome::wrote(folder);
-    print(&outputs, has_selfie)?;
+    print(&outputs, photo.as_deref())?;
     Ok(ExitCode::SUCCESS)
 }
 
@@ -283,7 +283,7 @@ fn bytes(path: &Path, bytes: &[u8]) -> anyhow::Result<()> {
     Ok(write_atomically::<io::Error>(path, |out| out.write_all(bytes))?)
 }
 
-fn print(outputs: &Outputs<'_>, has_selfie: bool) -> anyhow::Result<()> {
+fn print(outputs: &Outputs<'_>, photo: Option<&Path>) -> anyhow::Result<()> {
     let mut text = String::new();
     let _ = writeln!(text, "\nFiles in {}:", terminal::path(outputs.folder));
     for (name, what) in &outputs.written {
@@ -323,7 +323,23 @@ fn print(outputs: &Outputs<'_>, has_selfie: bool) -> anyhow::Result<()> {
     ];
     let _ = writeln!(text, "\nThe same steps one by one, for files of your own in place of these:");
     commands.iter().for_each(|command| text.extend(["  ", command, "\n"]));
-    if !has_selfie {
+    if let Some(photo) = photo {
+        let small =
+            if photo.ends_with(selfie::ASTRONAUT) { ", where the astronaut's has 108" } else { "" };
+        let command = outcome::command(&[
+            &"avatar",
+            &"--selfie",
+            &"me.jpg",
+            &"--body",
+            &"demo",
+            &"-o",
+            &"selfie.glb",
+        ]);
+        let _ = writeln!(
+            text,
+            "\nThe same with a photograph of yours (a face should be 200 pixels high or more{small}):\n  {command}"
+        );
+    } else {
         let _ = writeln!(
             text,
             "\nNo avatar of a photograph: the networks that find faces were not imported; see \

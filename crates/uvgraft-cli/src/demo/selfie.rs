@@ -15,6 +15,9 @@ use super::views::render;
 use super::{fetched, row};
 use crate::failure::{Notes, OrBadInput};
 
+/// The photograph that scripts fetch, of the astronaut Eileen Collins, by NASA.
+pub(super) const ASTRONAUT: &str = "photographs/astronaut.png";
+
 /// File of the figure's photograph.
 pub(super) const PORTRAIT: &str = "photo.png";
 
@@ -36,7 +39,7 @@ pub(super) fn photo(
     if weights::face_models()?.is_none() {
         return Ok(None);
     }
-    let astronaut = fetched("photographs/astronaut.png");
+    let astronaut = fetched(ASTRONAUT);
     if astronaut.is_file() {
         return Ok(Some(astronaut));
     }
