@@ -2,7 +2,7 @@
 # Builds what a release consists of, in target/dist: `make dist`. The same sources make the same bytes.
 #
 # - a static program for Linux on x86-64 (musl), without the features that need C++, in an archive
-# - a wheel for CPython 3.10 and later, if `make wheel` can make one
+# - a wheel for CPython 3.10 and glibc 2.28 and later, if `make wheel` can make one
 # - the list of everything that is in them (CycloneDX), if cargo-cyclonedx is there or can be installed
 # - SHA256SUMS
 set -euo pipefail
