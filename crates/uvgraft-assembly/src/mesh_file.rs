@@ -88,7 +88,7 @@ impl MeshFile {
         })
     }
 
-    /// Whether it is all of a GLB, VRM or glTF file. Pipes, which can be read only once, are taken for models.
+    /// Whether it is all of a GLB, VRM or glTF file, or no file.
     ///
     /// # Errors
     /// As bad input for files that cannot be read.

@@ -1,12 +1,14 @@
 //! What pictures and pages show: a model as its file has it, or a mesh, which becomes a model.
 
+use std::path::Path;
+
 use uvgraft::listing::listed;
-use uvgraft::{Channels, Depth, Encoding, Mesh, Size, Texels, Texture};
+use uvgraft::{Channels, Depth, Encoding, Mesh, Size, Texels, Texture, TextureError};
 use uvgraft_avatar::Avatar;
 use uvgraft_avatar::rig::{Joint, Skeleton, Skin};
 use uvgraft_gltf::glb::{self, AvatarMaterial, Export, Picture, PictureFormat};
-use uvgraft_io::image;
 use uvgraft_io::input::Input;
+use uvgraft_io::{image, obj};
 use uvgraft_pipeline::{Blame, Failure, Observer, Result, memory_taken, without_non_finite};
 
 use crate::mesh_file::{self, MeshFile};
@@ -34,10 +36,11 @@ impl Shown {
     /// # Errors
     /// As bad input for files that are neither, and for parts that do not exist.
     pub fn read(given: &Input, is_textured: bool, observer: &dyn Observer) -> Result<Self> {
-        if MeshFile::parse(given).is_model()? {
-            return Ok(Self::Model(given.clone()));
+        let given = whole(given)?;
+        if MeshFile::parse(&given).is_model()? {
+            return Ok(Self::Model(given));
         }
-        let loaded = mesh_file::read_noting(given, observer)?;
+        let loaded = mesh_file::read_noting(&given, observer)?;
         let (mesh, name) = (loaded.mesh, loaded.name);
         if is_textured {
             note_tiles(&mesh, &name, observer);
@@ -46,6 +49,16 @@ impl Shown {
         }
         Ok(Self::Mesh { mesh, name })
     }
+}
+
+/// What a pipe gives, which can be read only once; anything else as it is.
+fn whole(given: &Input) -> Result<Input> {
+    let is_pipe =
+        |path: &Path| path.metadata().is_ok_and(|found| !found.is_file() && !found.is_dir());
+    let Some(path) = given.path().filter(|path| is_pipe(path)) else { return Ok(given.clone()) };
+    let bytes = given.read(obj::MAX_FILE_BYTES).or_input();
+    let bytes = bytes.map_err(|failure| failure.context(path.display()))?;
+    Ok(Input::bytes(path, bytes.into_owned()))
 }
 
 /// Reads a texture to show: 8-bit sRGB.
@@ -71,9 +84,25 @@ pub(crate) fn texture(
     let texture = opened.decode().or_input()?.texture;
     let (texture, unknown) = without_non_finite(texture, input.name());
     unknown.iter().for_each(|unknown| observer.warn(unknown));
-    let texture = texture.encoded_as(Encoding::Srgb);
-    let channels = texture.channels();
-    Ok(texture.converted(channels, Depth::U8))
+    over_grey(&texture.encoded_as(Encoding::Srgb)).or_work()
+}
+
+/// A texture of 8 bits without alpha: where it is transparent, the grey of meshes without a texture shows.
+fn over_grey(texture: &Texture) -> std::result::Result<Texture, TextureError> {
+    let texture = texture.clone().converted(texture.channels().with_alpha(), Depth::U8);
+    let (size, channels) = (texture.size(), texture.channels());
+    let Texels::U8(values) = texture.texels() else { return Ok(texture) };
+    let count = channels.count();
+    let mut opaque = Vec::with_capacity(size.texels() * (count - 1));
+    for texel in values.chunks_exact(count) {
+        let alpha = u32::from(texel[count - 1]);
+        let over = |&value: &u8| {
+            let sum = u32::from(value) * alpha + u32::from(GREY) * (255 - alpha);
+            ((sum + 127) / 255) as u8
+        };
+        opaque.extend(texel[..count - 1].iter().map(over));
+    }
+    Texture::new(size, channels.without_alpha(), Encoding::Srgb, Texels::U8(opaque))
 }
 
 /// Notes where a texture of the unit square is shown a second time.
@@ -199,6 +228,14 @@ mod tests {
         assert_eq!(names, ["10.png", "200.png"]);
         let colors: Vec<_> = scene.textures().iter().map(|it| it.texels().clone()).collect();
         assert_eq!(colors, [10, 200].map(|value| Texels::U8(vec![value; 3])));
+    }
+
+    #[test]
+    fn what_is_transparent_is_grey() {
+        let texels = Texels::U8(vec![10, 255, 10, 0, 110, 128]);
+        let texture = Texture::new(Size::new(3, 1), Channels::GreyAlpha, Encoding::Srgb, texels);
+        let shown = over_grey(&texture.unwrap()).unwrap();
+        assert_eq!(shown.texels(), &Texels::U8(vec![10, 180, 145]));
     }
 
     #[test]

@@ -237,7 +237,8 @@ fn the_tone_of_a_face() {
         "\nThe face does not match the body's tone: its cheeks differ from the chest by ΔE"
     ));
     let toned = judge("toned.png", "--onto body.png --face face.png");
-    assert!(toned.ends_with(" % of the transferred skin\n"), "{toned}");
+    assert!(toned.contains(" % of the transferred skin\n\nverdict\n"), "{toned}");
+    assert!(toned.ends_with("  tone of the face         matches the body's\n"), "{toned}");
     // Without anything to compare with there is no verdict.
     let alone = judge("plain.png", "");
     assert!(alone.contains("\ntone: cheek to chest: ΔE ") && !alone.contains("base's"), "{alone}");

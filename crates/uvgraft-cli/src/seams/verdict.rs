@@ -15,10 +15,10 @@ const AT_A_GLANCE: f64 = 2.3;
 pub(super) enum Visibility {
     /// Not more than the texture's own detail.
     Hidden,
-    /// Along a twentieth of its length or more, but not most of it.
-    InPlaces,
     /// By those who look for it.
     Faint,
+    /// Along a twentieth of its length or more, but not most of it.
+    InPlaces,
     Visible,
 }
 
@@ -28,8 +28,8 @@ impl Visibility {
     fn of(edges: &StepStatistics, beside: &StepStatistics) -> Self {
         match edges.median - beside.median {
             more if more > AT_A_GLANCE => Self::Visible,
-            more if more > BARELY => Self::Faint,
             _ if edges.p95 - beside.p95 > AT_A_GLANCE => Self::InPlaces,
+            more if more > BARELY => Self::Faint,
             _ => Self::Hidden,
         }
     }
@@ -128,7 +128,8 @@ mod tests {
         for (edges, wanted) in [
             (steps(0.5, 1.2), Visibility::Hidden),
             (steps(0.5, 3.5), Visibility::InPlaces),
-            (steps(1.6, 3.5), Visibility::Faint),
+            (steps(1.6, 2.5), Visibility::Faint),
+            (steps(1.6, 3.5), Visibility::InPlaces),
             (steps(25.6, 26.7), Visibility::Visible),
         ] {
             assert_eq!(Visibility::of(&edges, &beside), wanted);
