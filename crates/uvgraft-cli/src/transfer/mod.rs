@@ -24,6 +24,7 @@ use crate::failure::{bad_input, exit_code_of};
 use crate::heading;
 use crate::number::whole_number;
 use crate::outcome;
+use crate::progress::Activity;
 use crate::region::RegionArgs;
 use crate::report::parse_size;
 use crate::role_file::RoleFile;
@@ -229,7 +230,11 @@ pub(crate) fn run(args: &Args) -> anyhow::Result<ExitCode> {
     let transfer = args.checked_transfer()?;
     let rows = args.report.as_deref().map(|path| Rows::new(path, &transfer)).transpose()?;
     let progress = Progress::new(rows, args.shard);
+    // Batches and fits have bars.
+    let is_alone = matches!(&args.sources()[..], [file] if file.is_file()) && !args.fit;
+    let activity = is_alone.then(|| Activity::start("transferring"));
     let done = transfer.run(&progress)?;
+    drop(activity);
     if let (Some(path), Some(blend), Some(file)) = (&args.blending.preview, &done.blend, &done.pair)
         && (done.written > 0 || done.failures.is_empty())
     {
