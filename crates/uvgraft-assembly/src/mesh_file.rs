@@ -192,7 +192,7 @@ fn load(file: &MeshFile) -> Result<TexturedMesh> {
             .map_err(|error| told(error, |reason| with_hint(reason, file))),
         Format::Ply => part(ply::read(path).or_input()?),
         Format::Pair => {
-            side(pair_file::read(path).or_input()?, file).map_err(|it| it.context(&file.file))
+            side(&pair_file::read(path).or_input()?, file).map_err(|it| it.context(&file.file))
         }
         Format::Model if file.is_head() => model_mesh::read_head(path).or_input().map(whole),
         Format::Model => part(whole(model_mesh::read(path).or_input()?)),
@@ -227,7 +227,7 @@ fn parsed(bytes: &[u8], file: &MeshFile) -> Result<TexturedMesh> {
         Format::Gltf => read_mesh(bytes, &file.choice())
             .map_err(|error| Failure::input(with_hint(&error, file))),
         Format::Ply => part(ply::parse(bytes).or_input()?, file),
-        Format::Pair => side(pair_file::decode(bytes).or_input()?, file),
+        Format::Pair => side(&pair_file::decode(bytes).or_input()?, file),
         Format::Obj => {
             let found = obj::parse_textured(bytes);
             part(found.map_err(|error| Failure::input(foreign(&error)))?, file)
@@ -276,7 +276,7 @@ impl Format {
 }
 
 /// The target of a pair, or the selected side.
-fn side(pair: PairFile, file: &MeshFile) -> Result<TexturedMesh> {
+fn side(pair: &PairFile, file: &MeshFile) -> Result<TexturedMesh> {
     let mesh = match file.selector.as_deref() {
         None | Some("target") => pair.pair.target(),
         Some("source") => pair.pair.source(),
