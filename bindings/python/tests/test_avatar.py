@@ -197,7 +197,6 @@ def test_options_change_pictures(made, options):
     assert (made.render(size=64, **options) != made.render(size=64)).any()
 
 
-
 def test_pictures_of_meshes_show_textures_side_by_side(demo):
     body, options = demo / "body.obj", {"size": 64, "unlit": True}
     red, blue = (np.full((8, 8, 3), color, np.uint8) for color in ([255, 0, 0], [0, 0, 255]))
