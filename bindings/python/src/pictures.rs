@@ -53,6 +53,7 @@ impl Keywords<'_> {
         if let Some(textures) = self.take("texture")? {
             request.textures = inputs::images(&textures, "texture")?;
         }
+        request.up = self.choice("up")?;
         request.size = self.size("size")?.unwrap_or(request.size);
         let shot = self.choice("camera")?.map(Aim::Shot);
         request.aim = self.look_at()?.or(shot).unwrap_or(request.aim);

@@ -23,6 +23,7 @@ def render(
     avatar: Avatar | MeshLike | StrPath,
     *,
     texture: Images | None = None,
+    up: Literal["y", "z", "-y", "-z"] | None = None,
     size: Size = (1024, 768),
     camera: Literal["body", "head"] = "body",
     look_at: str | Sequence[float] | None = None,
@@ -45,11 +46,14 @@ def render(
     Parameters
     ----------
     avatar : Avatar, Mesh, mesh of trimesh or path
-        An avatar, a GLB, VRM or glTF file of any origin, or a mesh: an object, a file, a part of one such
-        as ``"me.glb#Head"``, or the target of a pair file.
+        An avatar, a GLB, VRM or glTF file of any origin, or a mesh: an object, a file, a part of
+        one such as ``"me.glb#Head"``, or the target of a pair file.
     texture : image, or list of two, optional
-        Shown on a mesh, which is grey without it, or in place of the colour texture of a model that has one
-        only. Two are shown side by side, as before and after, each in a picture of `size`.
+        Shown on a mesh, which is grey without it, or in place of the colour texture of a model
+        that has one only. Two are shown side by side, as before and after, each in a picture of
+        `size`.
+    up : {"y", "z", "-y", "-z"}, optional
+        The axis of a mesh that points up. By default y.
     size : int or (int, int)
         Size of the picture in pixels: a side, or ``(height, width)``; at most 4096 a side.
     camera : {"body", "head"}
@@ -103,6 +107,7 @@ def render(
         {
             "avatar": avatar,
             "texture": texture,
+            "up": up,
             "size": size,
             "camera": camera,
             "look_at": look_at,

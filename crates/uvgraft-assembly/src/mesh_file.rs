@@ -14,7 +14,7 @@ use uvgraft_io::input::{Input, ReadError};
 use uvgraft_io::obj::ObjError;
 use uvgraft_io::pair_file::{self, PairFile};
 use uvgraft_io::textured::{TexturedMesh, WithoutUv};
-use uvgraft_io::{arrays, model_mesh, obj, ply};
+use uvgraft_io::{arrays, image, model_mesh, obj, ply};
 use uvgraft_pipeline::{Blame, Failure, Observer, Result};
 
 use crate::report::grouped;
@@ -188,6 +188,7 @@ fn load(file: &MeshFile) -> Result<TexturedMesh> {
     // A folder is refused where files are read.
     let format = if kind.is_dir() { Format::Obj } else { Format::of(path).map_err(named)? };
     match format {
+        Format::Image(found) => Err(is_image(found).context(&file.file)),
         Format::Gltf => load_mesh(path, &file.choice())
             .map_err(|error| told(error, |reason| with_hint(reason, file))),
         Format::Ply => part(ply::read(path).or_input()?),
@@ -224,6 +225,7 @@ fn from_bytes(file: &MeshFile) -> Result<TexturedMesh> {
 
 fn parsed(bytes: &[u8], file: &MeshFile) -> Result<TexturedMesh> {
     match Format::detected(bytes) {
+        Format::Image(found) => Err(is_image(found)),
         Format::Gltf => read_mesh(bytes, &file.choice())
             .map_err(|error| Failure::input(with_hint(&error, file))),
         Format::Ply => part(ply::parse(bytes).or_input()?, file),
@@ -250,6 +252,8 @@ enum Format {
     Model,
     /// A pair file, which has two meshes.
     Pair,
+    /// No mesh at all.
+    Image(image::Format),
 }
 
 impl Format {
@@ -261,6 +265,9 @@ impl Format {
 
     /// The format of a file from its first bytes. An OBJ file may begin with any line of text.
     fn detected(start: &[u8]) -> Self {
+        if let Some(found) = image::Format::detect(start) {
+            return Self::Image(found);
+        }
         let text = start.strip_prefix(b"\xef\xbb\xbf").unwrap_or(start).trim_ascii_start();
         match start {
             [b'g', b'l', b'T', b'F', ..] => Self::Gltf,
@@ -273,6 +280,13 @@ impl Format {
             _ => Self::Obj,
         }
     }
+}
+
+fn is_image(found: image::Format) -> Failure {
+    Failure::input(format!(
+        "a mesh must be an OBJ, PLY, GLB or glTF file, a body model (NPZ, pickle) or a pair file, got a \
+         {found} image"
+    ))
 }
 
 /// The target of a pair, or the selected side.
@@ -428,7 +442,8 @@ mod tests {
 
     #[test]
     fn formats_are_detected_from_the_content() {
-        let cases: [(&[u8], Format); 16] = [
+        let cases: [(&[u8], Format); 17] = [
+            (b"\x89PNG\r\n\x1a\n\0", Format::Image(image::Format::Png)),
             (b"\x07\x01\0\0\0\0\0\0{\"__", Format::Pair),
             (b"{\"a\": 1}", Format::Gltf),
             (b"glTF\x02\0\0\0", Format::Gltf),

@@ -5,6 +5,7 @@ use std::path::Path;
 use uvgraft::listing::listed;
 use uvgraft::{Channels, Depth, Encoding, Mesh, Size, Texels, Texture, TextureError};
 use uvgraft_avatar::Avatar;
+use uvgraft_avatar::motion::UpAxis;
 use uvgraft_avatar::rig::{Joint, Skeleton, Skin};
 use uvgraft_gltf::glb::{self, AvatarMaterial, Export, Picture, PictureFormat};
 use uvgraft_io::input::Input;
@@ -31,23 +32,66 @@ pub(crate) enum Shown {
 impl Shown {
     /// Reads a mesh; models are only recognised. Notes what of a mesh is not shown as one would expect.
     ///
+    /// - `up`: the axis of a mesh that points up; by default Y.
     /// - `is_textured`: whether a texture will be shown on it.
     ///
     /// # Errors
-    /// As bad input for files that are neither, and for parts that do not exist.
-    pub fn read(given: &Input, is_textured: bool, observer: &dyn Observer) -> Result<Self> {
+    /// As bad input for files that are neither, for parts that do not exist, and for the up axis of a model.
+    pub fn read(
+        given: &Input,
+        up: Option<UpAxis>,
+        is_textured: bool,
+        observer: &dyn Observer,
+    ) -> Result<Self> {
         let given = whole(given)?;
         if MeshFile::parse(&given).is_model()? {
-            return Ok(Self::Model(given));
+            return match up {
+                None | Some(UpAxis::Y) => Ok(Self::Model(given)),
+                Some(_) => Err(Failure::option(format!(
+                    "{given}: `up` is for meshes; Y is up in GLB, VRM and glTF files"
+                ))),
+            };
         }
         let loaded = mesh_file::read_noting(&given, observer)?;
-        let (mesh, name) = (loaded.mesh, loaded.name);
+        let (mesh, name) = (upright(loaded.mesh, up.unwrap_or(UpAxis::Y))?, loaded.name);
+        if up.is_none() {
+            note_lying(&mesh, &name, observer);
+        }
         if is_textured {
             note_tiles(&mesh, &name, observer);
         } else {
             observer.note(format_args!("{name}: shown in grey; `texture` shows a texture on it"));
         }
         Ok(Self::Mesh { mesh, name })
+    }
+}
+
+/// A mesh whose up axis becomes Y.
+fn upright(mesh: Mesh, up: UpAxis) -> Result<Mesh> {
+    let turn: fn([f32; 3]) -> [f32; 3] = match up {
+        UpAxis::Y => return Ok(mesh),
+        UpAxis::Z => |[x, y, z]| [x, z, -y],
+        UpAxis::MinusY => |[x, y, z]| [x, -y, -z],
+        UpAxis::MinusZ => |[x, y, z]| [x, -z, y],
+    };
+    let positions = mesh.positions().iter().map(|&position| turn(position)).collect();
+    mesh.with_positions(positions).or_work()
+}
+
+/// Notes that a mesh seems to lie: SMPL-X on its back is five times as deep as it is high.
+fn note_lying(mesh: &Mesh, name: &str, observer: &dyn Observer) {
+    const MAX_DEPTH: f32 = 3.0;
+    let span = |axis: usize| {
+        let used = mesh.faces().iter().flatten();
+        let values = || used.clone().map(|&vertex| mesh.positions()[vertex as usize][axis]);
+        values().fold(f32::MIN, f32::max) - values().fold(f32::MAX, f32::min)
+    };
+    let (height, depth) = (span(1), span(2));
+    if depth > MAX_DEPTH * height && height > 0.0 {
+        observer.note(format_args!(
+            "{name}: {:.1} times as deep as it is high; if Z is up in it, use `up` z",
+            depth / height
+        ));
     }
 }
 
@@ -208,7 +252,7 @@ mod tests {
     fn read(name: &str, is_textured: bool) -> (Shown, Vec<String>) {
         let told = Told::default();
         let shown =
-            Shown::read(&Input::bytes(name, SQUARES.as_bytes()), is_textured, &told).unwrap();
+            Shown::read(&Input::bytes(name, SQUARES.as_bytes()), None, is_textured, &told).unwrap();
         (shown, told.0.into_inner().unwrap())
     }
 
@@ -228,6 +272,23 @@ mod tests {
         assert_eq!(names, ["10.png", "200.png"]);
         let colors: Vec<_> = scene.textures().iter().map(|it| it.texels().clone()).collect();
         assert_eq!(colors, [10, 200].map(|value| Texels::U8(vec![value; 3])));
+    }
+
+    #[test]
+    fn meshes_stand_up() {
+        let lying = "v 0 0 0\nv 1 0 0\nv 1 0.2 9\nvt 0 0\nvt 1 0\nvt 1 1\nf 1/1 2/2 3/3\n";
+        let told = Told::default();
+        let given = Input::bytes("a.obj", lying.as_bytes());
+        let read = |up| match Shown::read(&given, up, true, &told).unwrap() {
+            Shown::Mesh { mesh, .. } => mesh.positions()[2],
+            Shown::Model(_) => panic!("a mesh"),
+        };
+        assert_eq!(read(None), [1.0, 0.2, 9.0]);
+        assert_eq!(read(Some(UpAxis::Z)), [1.0, 9.0, -0.2]);
+        assert_eq!(read(Some(UpAxis::MinusZ)), [1.0, -9.0, 0.2]);
+        assert_eq!(read(Some(UpAxis::MinusY)), [1.0, -0.2, -9.0]);
+        let wanted = "a.obj: 45.0 times as deep as it is high; if Z is up in it, use `up` z";
+        assert_eq!(*told.0.lock().unwrap(), [wanted]);
     }
 
     #[test]

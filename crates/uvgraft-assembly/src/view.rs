@@ -2,6 +2,7 @@
 
 use std::path::Path;
 
+use uvgraft_avatar::motion::UpAxis;
 use uvgraft_gltf::scene::{PoseRequest, Scene, whole_within};
 use uvgraft_io::image::{self, ImageError};
 use uvgraft_io::input::Input;
@@ -25,6 +26,8 @@ pub struct ViewRequest {
     ///
     /// Of a mesh: its textures, of any format. The mesh is shown once with each, side by side.
     pub textures: Vec<Input>,
+    /// The axis of a mesh that points up; by default Y, as always in models.
+    pub up: Option<UpAxis>,
     /// Initial target of the camera; by default the whole model.
     pub look_at: Option<Aim>,
     /// Bound on the memory of the process, in bytes: a file that could exceed it is refused. By default a file may
@@ -45,7 +48,7 @@ const PAGE_BYTES: usize = 8 << 20;
 impl ViewRequest {
     /// A request for a page without other textures.
     pub fn new(avatar: impl Into<Input>) -> Self {
-        Self { avatar: avatar.into(), textures: Vec::new(), look_at: None, memory: None }
+        Self { avatar: avatar.into(), textures: Vec::new(), up: None, look_at: None, memory: None }
     }
 
     /// Checks that this build has a viewer.
@@ -68,7 +71,7 @@ impl ViewRequest {
     /// build without a viewer.
     pub fn make(&self, observer: &dyn Observer) -> Result<Vec<u8>> {
         let template = Template::new(template()?).or_work()?;
-        match Shown::read(&self.avatar, !self.textures.is_empty(), observer)? {
+        match Shown::read(&self.avatar, self.up, !self.textures.is_empty(), observer)? {
             Shown::Model(input) => {
                 // Whole and uncompressed, so that the page needs neither files next to it nor decoders.
                 let bound = Bound::new(self.memory, 0);

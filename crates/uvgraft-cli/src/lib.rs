@@ -48,12 +48,14 @@ mod view;
 mod weights;
 
 use std::ffi::{OsStr, OsString};
+use std::path::Path;
 use std::process::ExitCode;
 
 use anyhow::Context;
 use clap::error::{ContextKind, ContextValue, ErrorKind};
 use clap::{Arg, ArgAction, CommandFactory, FromArgMatches, Parser, Subcommand};
 use uvgraft::Choice;
+use uvgraft_io::image::Format;
 use uvgraft_pipeline::Unit;
 
 use crate::progress::Activity;
@@ -191,7 +193,8 @@ struct Parsed {
 
 fn parse(arguments: &[OsString]) -> Result<Parsed, clap::Error> {
     let mut command = Cli::command();
-    let matches = command.try_get_matches_from_mut(arguments).map_err(explained)?;
+    let matches =
+        command.try_get_matches_from_mut(arguments).map_err(|error| explained(error, arguments))?;
     let cli = Cli::from_arg_matches(&matches).map_err(|error| error.format(&mut command))?;
     let (mut named, mut matches) = (&command, &matches);
     let mut names = Vec::new();
@@ -208,14 +211,26 @@ fn parse(arguments: &[OsString]) -> Result<Parsed, clap::Error> {
     Ok(Parsed { cli, name: names.join(" "), options })
 }
 
-/// An error with a tip if an argument too many is a unit, as in `--distance 3 mm`.
-fn explained(mut error: clap::Error) -> clap::Error {
+/// An error with a tip if an argument too many is a unit, as in `--distance 3 mm`, or an image beside what is shown.
+fn explained(mut error: clap::Error, arguments: &[OsString]) -> clap::Error {
     let unit = match error.get(ContextKind::InvalidArg) {
         Some(ContextValue::String(found)) if error.kind() == ErrorKind::UnknownArgument => {
             Unit::named(found)
         }
         _ => None,
     };
+    let is_image = |found: &str| Format::from_path(Path::new(found)).is_some();
+    let shows = |command: &OsString| command == "render" || command == "view";
+    let is_texture = match error.get(ContextKind::InvalidArg) {
+        Some(ContextValue::String(found)) if error.kind() == ErrorKind::UnknownArgument => {
+            is_image(found) && arguments.get(1).is_some_and(shows)
+        }
+        _ => false,
+    };
+    if is_texture {
+        let tip = "a texture is given by --texture".to_owned();
+        error.insert(ContextKind::Suggested, ContextValue::StyledStrs(vec![tip.into()]));
+    }
     if let Some(unit) = unit {
         let tip = format!("a unit follows its number without a space, as in 3{}", unit.name());
         error.insert(ContextKind::Suggested, ContextValue::StyledStrs(vec![tip.into()]));

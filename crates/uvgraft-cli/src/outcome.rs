@@ -170,6 +170,26 @@ pub(crate) fn look_by(words: &[&dyn Display]) {
     outcome().look = Some(command);
 }
 
+/// Tells that a mesh, or a texture on it, is looked at by a picture.
+///
+/// - `mesh`: a path, perhaps with the selector of a part.
+/// - `is_head`: whether its head is what one looks at.
+pub(crate) fn look_by_picture(mesh: &str, texture: Option<&Path>, is_head: bool) {
+    let mesh = argument(Path::new(mesh));
+    let texture = texture.map(argument);
+    let picture = free(PathBuf::from("look.png"));
+    let picture = picture.display();
+    let mut words: Vec<&dyn Display> = vec![&"render", &mesh];
+    if let Some(texture) = &texture {
+        words.extend([&"--texture" as &dyn Display, texture]);
+    }
+    if is_head {
+        words.extend([&"--camera" as &dyn Display, &"head"]);
+    }
+    words.extend([&"-o" as &dyn Display, &picture]);
+    look_by(&words);
+}
+
 /// A command of this program as one types it in the same folder and with the same path.
 ///
 /// - `words`: its arguments.
@@ -194,6 +214,25 @@ fn program(called: &OsStr) -> String {
         true => path.file_name().unwrap_or(called).display().to_string(),
         false => called.display().to_string(),
     }
+}
+
+/// A name beside others, for a file that a command is to write: with a number if that is taken.
+pub(crate) fn free(path: PathBuf) -> PathBuf {
+    let numbered = |number: u32| {
+        let stem = path.file_stem().unwrap_or_default().to_string_lossy();
+        let extension = path.extension().unwrap_or_default().to_string_lossy();
+        path.with_file_name(format!("{stem}_{number}.{extension}"))
+    };
+    if !path.exists() {
+        return path;
+    }
+    (2..100).map(numbered).find(|path| !path.exists()).unwrap_or(path)
+}
+
+/// A path as an argument, which does not begin as an option does.
+pub(crate) fn argument(path: &Path) -> String {
+    let text = path.display().to_string();
+    if text.starts_with('-') { format!("./{text}") } else { text }
 }
 
 /// A word as shells read it.
@@ -237,6 +276,17 @@ pub(crate) fn end() -> anyhow::Result<()> {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn outputs_of_hints_are_new_and_no_options() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("look.png");
+        assert_eq!(free(path.clone()), path);
+        std::fs::write(&path, "mine").unwrap();
+        assert_eq!(free(path), folder.path().join("look_2.png"));
+        assert_eq!(argument(Path::new("-p.uvpair")), "./-p.uvpair");
+        assert_eq!(argument(Path::new("a/-p.uvpair")), "a/-p.uvpair");
+    }
 
     #[test]
     fn words_are_quoted_where_shells_need_it() {

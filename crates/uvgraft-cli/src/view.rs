@@ -8,9 +8,11 @@ use anyhow::Context;
 use uvgraft_assembly::mesh_file::MeshFile;
 use uvgraft_assembly::render::Aim;
 use uvgraft_assembly::{Input, ViewRequest};
+use uvgraft_avatar::motion::UpAxis;
 use uvgraft_io::output;
 use uvgraft_pipeline::{Outputs, parse_memory};
 
+use crate::choice::choice;
 use crate::failure::{Notes, bad_input, note};
 use crate::outcome;
 
@@ -36,6 +38,9 @@ pub(crate) struct Args {
     /// an avatar to choose from; these must be PNG, JPEG or WebP files.
     #[arg(short, long, value_name = "IMAGE")]
     texture: Vec<PathBuf>,
+    /// Up axis of a mesh [default: y]
+    #[arg(long, value_name = "AXIS", value_parser = choice::<UpAxis>(), allow_hyphen_values = true)]
+    up: Option<UpAxis>,
     /// Initial target of the camera
     ///
     /// A bone by its VRM name (leftHand), any node by its name, or a box given by two corners in
@@ -56,6 +61,7 @@ pub(crate) fn run(args: &Args) -> anyhow::Result<ExitCode> {
     let mut request = ViewRequest::new(&args.model);
     request.check()?;
     request.textures = args.texture.iter().map(Into::into).collect();
+    request.up = args.up;
     request.look_at.clone_from(&args.look_at);
     request.memory = args.memory;
     let output = args.output.clone().unwrap_or_else(|| page_beside(&args.model));

@@ -7,6 +7,8 @@ use std::io::{self, Read};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
+use crate::image;
+
 /// A file, or the bytes of one that is in memory already.
 ///
 /// Every reader takes anything that converts into it: a path of any kind, or an `Input`.
@@ -169,7 +171,9 @@ pub fn beginning(start: &[u8]) -> String {
     if start.is_empty() {
         "the file is empty".to_owned()
     } else {
-        format!("starts with \"{}\"", start.escape_ascii())
+        let is_image = image::Format::detect(start);
+        let kind = is_image.map_or_else(String::new, |format| format!(", as {format} images do"));
+        format!("starts with \"{}\"{kind}", start.escape_ascii())
     }
 }
 

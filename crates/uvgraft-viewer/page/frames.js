@@ -34,7 +34,17 @@ export function head(root, rig) {
   }
   if (whole.height < BUST) return whole;
   const height = whole.height / 7;
-  const top = whole.centre.y + whole.height / 2;
-  const centre = whole.centre.clone().setY(top - height / 2);
-  return { centre, width: height * 1.35, height: height * 1.6 };
+  const from = whole.centre.y + whole.height / 2 - height;
+  // What is up there: of several bodies side by side, all heads.
+  const box = new Box3();
+  const place = new Vector3();
+  root.traverse((mesh) => {
+    const count = mesh.isMesh ? mesh.geometry.attributes.position.count : 0;
+    for (let vertex = 0; vertex < count; vertex += 1) {
+      mesh.getVertexPosition(vertex, place).applyMatrix4(mesh.matrixWorld);
+      if (place.y >= from) box.expandByPoint(place);
+    }
+  });
+  const size = box.getSize(new Vector3());
+  return { centre: box.getCenter(new Vector3()), width: Math.max(size.x, size.z) * 1.2, height: height * 1.6 };
 }

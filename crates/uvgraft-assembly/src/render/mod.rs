@@ -9,6 +9,7 @@ use std::collections::BTreeMap;
 
 use uvgraft::listing::listed;
 use uvgraft::{Size, Texture};
+use uvgraft_avatar::motion::UpAxis;
 use uvgraft_gltf::scene::{NamedPose, PoseRequest, PosedPrimitive, Scene};
 use uvgraft_io::input::Input;
 use uvgraft_pipeline::{Blame, Failure, Observer, Result};
@@ -30,6 +31,8 @@ pub struct RenderRequest {
     pub avatar: Input,
     /// Textures to show on it in place of its own, at most two: each in a picture of its own, side by side.
     pub textures: Vec<Input>,
+    /// The axis of a mesh that points up; by default Y, as always in models.
+    pub up: Option<UpAxis>,
     /// Size of the picture for each texture in pixels, at most 4096 a side.
     pub size: Size,
     /// What fills the picture.
@@ -96,6 +99,7 @@ impl RenderRequest {
         Self {
             avatar: avatar.into(),
             textures: Vec::new(),
+            up: None,
             size: Size::new(768, 1024),
             aim: Aim::Shot(Shot::Body),
             azimuth: 20.0,
@@ -137,7 +141,7 @@ impl RenderRequest {
         let textures = textures.map(|it| shown::texture(it, self.memory, observer));
         let textures = textures.collect::<Result<Vec<_>>>()?;
         let bound = Bound::new(self.memory, PICTURE + self.frame_size().texels() as u64 * PIXEL);
-        let scene = match Shown::read(&self.avatar, !textures.is_empty(), observer)? {
+        let scene = match Shown::read(&self.avatar, self.up, !textures.is_empty(), observer)? {
             Shown::Model(input) => bound.loaded(Scene::load_within(&input, bound.budget()))?,
             Shown::Mesh { mesh, name } => {
                 let model = shown::model(&mesh, &name, Vec::new())?;

@@ -217,10 +217,10 @@ pub(crate) fn run(args: &Args) -> anyhow::Result<ExitCode> {
         write(&level_file(&args.output, index + 1), file)?;
     }
     outcome::report(&made.report, || made.report.to_string())?;
-    let (avatar, picture) = (args.output.display(), args.output.with_extension("png"));
+    let avatar = outcome::argument(&args.output);
     match PAGE {
         Some(_) => outcome::look_by(&[&"view", &avatar]),
-        None => outcome::look_by(&[&"render", &avatar, &"-o", &picture.display()]),
+        None => outcome::look_by_picture(&avatar, None, false),
     }
     Ok(ExitCode::SUCCESS)
 }

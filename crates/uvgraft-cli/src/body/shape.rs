@@ -95,8 +95,7 @@ pub(super) fn run(args: &Args) -> anyhow::Result<()> {
         save_npz_compressed(&arrays, output).with_context(cannot)?;
     }
     outcome::wrote(output);
-    let picture = output.with_extension("png");
-    outcome::look_by(&[&"render", &output.display(), &"-o", &picture.display()]);
+    outcome::look_by_picture(&output.display().to_string(), None, false);
     terminal::print(&format!("{height:.2} m tall\n"))
 }
 

@@ -90,8 +90,7 @@ pub(super) fn run(args: &Args) -> anyhow::Result<()> {
     let _ = image::write(&Image::from(skin), &args.output, &WriteOptions::default())
         .with_context(|| format!("cannot write {}", args.output.display()))?;
     outcome::wrote(&args.output);
-    let [model, skin] = [&args.model, &args.output].map(|path| path.display());
-    outcome::look_by(&[&"render", &model, &"--texture", &skin, &"-o", &"look.png"]);
+    outcome::look_by_picture(&args.model.display().to_string(), Some(&args.output), false);
     Ok(())
 }
 

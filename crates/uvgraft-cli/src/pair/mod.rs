@@ -119,8 +119,9 @@ pub(crate) fn run(args: &Args) -> anyhow::Result<ExitCode> {
         pair_picture::of_pair(&file, registered)?.write(path)?;
         outcome::wrote(path);
     }
-    let (pair, preview) = (args.output.display(), args.output.with_extension("png"));
-    outcome::look_by(&[&"inspect", &pair, &"--preview", &preview.display()]);
+    let preview = outcome::free(args.output.with_extension("png"));
+    let [pair, preview] = [&*args.output, &*preview].map(outcome::argument);
+    outcome::look_by(&[&"inspect", &pair, &"--preview", &preview]);
     report::print_linked(&file, &linked.linked, &recognised, &report)?;
     Ok(ExitCode::SUCCESS)
 }

@@ -9,6 +9,7 @@ use std::process::ExitCode;
 use uvgraft::{Choice, Size};
 use uvgraft_assembly::RenderRequest;
 use uvgraft_assembly::render::{Aim, PoseOption, Shot, parse_background, parse_number};
+use uvgraft_avatar::motion::UpAxis;
 use uvgraft_pipeline::parse_memory;
 use uvgraft_render::Background;
 
@@ -40,6 +41,10 @@ pub(crate) struct Args {
     /// Image or animation to write
     #[arg(short, long, value_name = "OUT", help_heading = heading::FILES)]
     output: PathBuf,
+    /// Up axis of a mesh [default: y]
+    #[arg(long, value_name = "AXIS", value_parser = choice::<UpAxis>(), help_heading = heading::FILES)]
+    #[arg(allow_hyphen_values = true)]
+    up: Option<UpAxis>,
     /// Size in pixels of the picture for each texture, at most 4096 a side
     #[arg(long, default_value = "768x1024", value_name = "N|WxH", value_parser = parse_size, allow_negative_numbers = true)]
     #[arg(help_heading = heading::FILES)]
@@ -148,6 +153,7 @@ impl Args {
     fn request(&self) -> RenderRequest {
         let mut request = RenderRequest::new(&self.input);
         request.textures = self.texture.iter().map(Into::into).collect();
+        request.up = self.up;
         request.size = self.size;
         request.aim = self.look_at.clone().unwrap_or(Aim::Shot(self.camera));
         request.azimuth = self.azimuth;

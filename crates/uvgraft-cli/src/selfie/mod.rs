@@ -95,8 +95,7 @@ pub(crate) fn run(args: &Args) -> anyhow::Result<ExitCode> {
     let figures = made.figures();
     outcome::report(&figures, || figures.to_string())?;
     if let Some(mesh) = args.mesh.as_ref().or(Some(&args.head).filter(|head| head.is_file())) {
-        let [mesh, texture] = [mesh, &args.output].map(|path| path.display());
-        outcome::look_by(&[&"render", &mesh, &"--texture", &texture, &"-o", &"look.png"]);
+        outcome::look_by_picture(&mesh.display().to_string(), Some(&args.output), true);
     }
     Ok(ExitCode::SUCCESS)
 }

@@ -7,8 +7,8 @@ use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
 use uvgraft::{
-    Averaging, Choice, Direction, Filter, FitOptions, MapOptions, NormalOptions, NormalY, Overlap,
-    Prefer, Size,
+    Anatomy, Averaging, Choice, Direction, Filter, FitOptions, MapOptions, NormalOptions, NormalY,
+    Overlap, Prefer, Size,
 };
 use uvgraft_assembly::drawing::check_name;
 use uvgraft_assembly::pair_picture;
@@ -270,14 +270,11 @@ impl Args {
             && self.with_map.is_none()
         {
             let mesh = format!("{}{}", pair.display(), if self.reverse { "#source" } else { "" });
-            outcome::look_by(&[
-                &"render",
-                &mesh,
-                &"--texture",
-                &shown.display(),
-                &"-o",
-                &"look.png",
-            ]);
+            let is_head = done.pair.as_ref().is_some_and(|file| {
+                let direction = if self.reverse { Direction::Reverse } else { Direction::Forward };
+                Anatomy::find(file.pair.to(direction)).is_ok()
+            });
+            outcome::look_by_picture(&mesh, Some(shown), is_head);
         }
     }
 

@@ -44,6 +44,7 @@ pub(super) fn along(mesh: &Mesh, probe: &Probe<'_>, edge: &SharedEdge, kind: Edg
         length: edge.length(mesh),
         is_uv_seam: kind.is_uv_seam,
         is_rim: kind.is_rim,
+        is_inside: kind.is_inside,
         mean: worst.map(|_| steps.iter().sum::<f64>() / steps.len() as f64),
         worst,
     };

@@ -57,6 +57,8 @@ pub struct SeamEdge {
     pub is_uv_seam: bool,
     /// Whether the first triangle belongs to the region and the second does not.
     pub is_rim: bool,
+    /// Whether both triangles belong to the region.
+    pub is_inside: bool,
     /// The mean of the steps along it; `None` if no point could be measured.
     pub mean: Option<f64>,
     /// The largest of the steps along it.

@@ -41,7 +41,7 @@ impl ToneReport {
                 let how = if change > 0.0 { "lighter" } else { "darker" };
                 warnings.push(format!(
                     "matching the tone makes {what} {how} by {:.1} L* (more than {MAX_LIGHTNESS:.0} is \
-                     implausible for one person)",
+                     implausible for one person); `tone` both shares the change between face and body",
                     change.abs()
                 ));
             }
