@@ -85,7 +85,10 @@ fn meshes_and_vertex_maps() {
         ),
         ("empty.obj target.obj --vertex-map ids.npy", &["empty.obj: the file is empty"]),
         ("prose.obj target.obj --vertex-map ids.npy", &["prose.obj: not an OBJ file"]),
-        ("image.png target.obj --vertex-map ids.npy", &["image.png: not an OBJ", "not an OBJ"]),
+        (
+            "image.png target.obj --vertex-map ids.npy",
+            &["image.png: a mesh must be an OBJ", "got a PNG image"],
+        ),
         ("binary.obj target.obj --vertex-map ids.npy", &["line 1", "not an OBJ"]),
         (
             "source.obj target.obj --vertex-map short.txt",

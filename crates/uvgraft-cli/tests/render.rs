@@ -272,7 +272,7 @@ fn meshes_are_shown_with_one_texture_or_two_side_by_side() {
         ("square.obj -t red.png -t red.png -t red.png", "--texture must be given at most 2 times"),
         ("square.obj -t square.obj", "square.obj: not a supported image"),
         ("square.obj --motion -q", "square.obj: the file has no animations"),
-        ("red.png", "red.png: not an OBJ file"),
+        ("red.png", "red.png: a mesh must be an OBJ, PLY, GLB or glTF file"),
         ("square.obj -t red.png --memory 1K", "--memory allows 0"),
     ] {
         bench.refuse(&format!("render {args} -o out.png"), &[wanted]);

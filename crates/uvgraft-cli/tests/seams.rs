@@ -105,7 +105,7 @@ The worst edges, and the position of their largest difference in texels:
 
 8 open mesh edges skipped
 
-verdict
+verdict (whether the picture is right, only eyes can tell)
   boundary of the region   plainly visible (median {rim}, adjacent edges 0.00)
   UV seams in the region   plainly visible (median {seam}, adjacent edges 0.00)
 "
@@ -237,7 +237,7 @@ fn the_tone_of_a_face() {
         "\nThe face does not match the body's tone: its cheeks differ from the chest by ΔE"
     ));
     let toned = judge("toned.png", "--onto body.png --face face.png");
-    assert!(toned.contains(" % of the transferred skin\n\nverdict\n"), "{toned}");
+    assert!(toned.contains(" % of the transferred skin\n\nverdict ("), "{toned}");
     assert!(toned.ends_with("  tone of the face         matches the body's\n"), "{toned}");
     // Without anything to compare with there is no verdict.
     let alone = judge("plain.png", "");

@@ -142,9 +142,7 @@ impl Verdict {
 
     /// The lines of a report.
     pub(super) fn text(&self) -> String {
-        let mut text = String::from(
-            "verdict on seams and tone; whether the picture is right, only eyes can tell\n",
-        );
+        let mut text = String::from("verdict (whether the picture is right, only eyes can tell)\n");
         let names = ["boundary of the region", "UV seams in the region"];
         for (name, figures) in names.into_iter().zip(&self.figures) {
             let words = figures.as_ref().map_or_else(|| "none measured".to_owned(), Figures::words);
