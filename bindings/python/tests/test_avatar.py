@@ -380,7 +380,7 @@ def test_photographs_as_arrays_and_paths(demo, tmp_path, monkeypatch):
         uvgraft.selfie([], "demo")
     with pytest.raises(ValueError, match=r"photos\[1\] must have shape"):
         uvgraft.selfie([one, noise(4, 5, 3)[0, 0]], "demo")
-    with pytest.raises(TypeError, match="photos must be a photograph"):
+    with pytest.raises(TypeError, match="photos must be an image"):
         uvgraft.selfie(3, "demo")
     with pytest.raises(uvgraft.Error, match="must be at most 64 photographs, got 65"):
         uvgraft.selfie([one] * 65, "demo")

@@ -11,7 +11,7 @@ import uvgraft
 
 
 def test_a_report():
-    assert command("render", "--help").stdout.startswith("Render a GLB")
+    assert command("render", "--help").stdout.startswith("Render an avatar")
 
 
 def test_the_script_and_the_module_are_one_program():

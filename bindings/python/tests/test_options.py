@@ -44,7 +44,7 @@ def test_help_lists_all_options():
 
 # Options of the command, and the parameters that stand for them where names differ; None for what
 # is a result here, or concerns terminals.
-ELSEWHERE = {"help": None, "version": None, "threads": "threads"}
+ELSEWHERE = {"help": None, "version": None, "json": None, "quiet": None, "threads": "threads"}
 PARAMETERS = {
     "avatar": {
         "face": "face_number",

@@ -88,7 +88,7 @@ impl MeshFile {
         })
     }
 
-    /// Whether it is all of a GLB, VRM or glTF file, or no file.
+    /// Whether it is all of a GLB, VRM or glTF file, of a damaged one by its extension, or no file.
     ///
     /// # Errors
     /// As bad input for files that cannot be read.
@@ -103,7 +103,10 @@ impl MeshFile {
                 }
             }
         };
-        Ok(self.selector.is_none() && format == Format::Gltf)
+        let extension = self.file.name().extension().unwrap_or_default();
+        let is_named = ["glb", "gltf", "vrm"].iter().any(|it| extension.eq_ignore_ascii_case(it));
+        let is_model = format == Format::Gltf || (format == Format::Obj && is_named);
+        Ok(self.selector.is_none() && is_model)
     }
 
     /// The name of the file without its folder, with the selector.

@@ -189,7 +189,7 @@ fn what_is_no_avatar_is_refused() {
     for (args, wanted) in [
         ("none.glb -o a.png", &["none.glb: ", "No such file"][..]),
         ("cut.glb -o a.png", &["cut.glb: ", "truncated"]),
-        ("empty.glb -o a.png", &["empty.glb: ", "empty"]),
+        ("empty.glb -o a.png", &["empty.glb: ", "not a glTF file"]),
         (
             "prose.glb -o a.png",
             &["prose.glb: not an OBJ file", "must be an OBJ, PLY, GLB or glTF file"],

@@ -111,7 +111,7 @@ fn refuses_what_it_cannot_show() {
         ("none.glb", "none.glb: No such file"),
         ("folder.glb", "folder.glb: must be a file"),
         ("ids.npy", "ids.npy: "),
-        ("empty.glb", "empty.glb: "),
+        ("empty.glb", "empty.glb: not a glTF file"),
         ("cut.glb", &*told),
         ("old.glb", "version must be 2, got 1"),
         ("me.glb --look-at tail", "no bone \"tail\""),
