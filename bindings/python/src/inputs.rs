@@ -16,7 +16,7 @@ use uvgraft_pipeline::{BaseSource, Input};
 use crate::arrays::texture;
 use crate::error::{bad_value, failed, of_pipeline};
 use crate::keywords::{extracted, of_type};
-use crate::mesh::mesh;
+use crate::mesh::{Mesh, mesh};
 use crate::pair::Pair;
 
 /// An image: a path, an array or a PIL image.
@@ -141,6 +141,12 @@ pub(crate) fn avatar(given: &Bound<'_, PyAny>, name: &str) -> PyResult<Input> {
 pub(crate) fn shown(given: &Bound<'_, PyAny>, name: &str) -> PyResult<Input> {
     if given.extract::<PathBuf>().is_ok() || given.hasattr("data")? {
         return avatar(given, name);
+    }
+    if !(given.is_instance_of::<Mesh>()
+        || given.hasattr("vertices")?
+        || given.hasattr("geometry")?)
+    {
+        return Err(of_type(given, name, "an Avatar, a Mesh or a path"));
     }
     let LoadedMesh { mesh, name, .. } = mesh(given, name)?;
     let mut text = Vec::new();

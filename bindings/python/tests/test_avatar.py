@@ -357,7 +357,7 @@ def test_messages_name_files_and_arguments(demo, head_to_body, tmp_path):
         mesh = head_to_body.source
         pair = uvgraft.Pair(mesh, mesh)
         uvgraft.avatar(pair, demo / "face.png", onto="#888", size=64, body="demo")
-    with pytest.raises(TypeError, match="avatar must be an Avatar or a path, got int"):
+    with pytest.raises(TypeError, match="avatar must be an Avatar, a Mesh or a path, got int"):
         uvgraft.render(3)
 
 
