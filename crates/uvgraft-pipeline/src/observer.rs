@@ -46,7 +46,7 @@ impl dyn Observer + '_ {
     /// Names the step that begins, unless the caller cancelled the work before it.
     ///
     /// # Errors
-    /// As [`check`](Self::check).
+    /// As `check`.
     pub fn begin(&self, step: &str) -> Result<()> {
         self.check()?;
         self.event(Event::Step(step));
