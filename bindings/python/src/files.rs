@@ -17,9 +17,8 @@ use crate::pair::Pair;
 /// Bytes that tell what a file is.
 const START_BYTES: u64 = 512;
 
-/// Extensions of pair files and of meshes, where the content does not tell.
-const PAIRS: [&str; 1] = ["uvpair"];
-const MESHES: [&str; 7] = ["obj", "ply", "glb", "gltf", "vrm", "npz", "pkl"];
+/// The extension of pair files, where the content does not tell.
+const PAIR: &str = "uvpair";
 
 /// What is in a file.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -57,8 +56,8 @@ impl FileKind {
         let by_extension = || {
             let extension = path.extension()?.to_str()?.to_lowercase();
             match &*extension {
-                pair if PAIRS.contains(&pair) => Some(Self::Pair),
-                mesh if MESHES.contains(&mesh) => Some(Self::Mesh),
+                PAIR => Some(Self::Pair),
+                mesh if mesh_file::EXTENSIONS.contains(&mesh) => Some(Self::Mesh),
                 other => Format::from_extension(other).map(|_| Self::Image),
             }
         };

@@ -22,6 +22,9 @@ use crate::report::grouped;
 /// Characters shown of a name.
 const MAX_SHOWN: usize = 40;
 
+/// Extensions of mesh files. Formats are detected from the content; these tell what a damaged file was meant to be.
+pub const EXTENSIONS: [&str; 7] = ["obj", "ply", "glb", "gltf", "vrm", "npz", "pkl"];
+
 /// Selects the head of a body model.
 const HEAD: &str = "head";
 
@@ -166,9 +169,9 @@ pub(crate) fn read_noting(given: &Input, observer: &dyn Observer) -> Result<Load
 }
 
 /// Reads a mesh whose format is detected from its content: OBJ, PLY, GLB (or VRM), glTF with its
-/// external buffers, a body model with UV coordinates (NPZ, pickle), or the target of a pair file (its source
-/// with `#source`). Polygons without UV
-/// coordinates are left out, as long as there are others: see [`LoadedMesh::without_uv`].
+/// external buffers, a body model with UV coordinates (NPZ, pickle), or the target of a pair file (its
+/// source with `#source`). Polygons without UV coordinates are left out, as long as there are others:
+/// see [`LoadedMesh::without_uv`].
 ///
 /// - `given`: a file, optionally with a selector: `FILE#SET`, `FILE#NAME` or `FILE#NAME/SET`.
 ///

@@ -11,9 +11,10 @@ use uvgraft_gltf::glb::{self, AvatarMaterial, Export, Picture, PictureFormat};
 use uvgraft_io::input::Input;
 use uvgraft_io::{image, obj};
 use uvgraft_pipeline::{Blame, Failure, Observer, Result, memory_taken, without_non_finite};
+use uvgraft_render::Bounds;
 
 use crate::mesh_file::{self, MeshFile};
-use crate::report::grouped;
+use crate::pairing::OutsideFaces;
 
 /// Colour of meshes without a texture: a grey in which shading shows well.
 const GREY: u8 = 180;
@@ -81,18 +82,19 @@ fn upright(mesh: Mesh, up: UpAxis) -> Result<Mesh> {
 /// Notes that a mesh seems to lie: SMPL-X on its back is five times as deep as it is high.
 fn note_lying(mesh: &Mesh, name: &str, observer: &dyn Observer) {
     const MAX_DEPTH: f32 = 3.0;
-    let span = |axis: usize| {
-        let used = mesh.faces().iter().flatten();
-        let values = || used.clone().map(|&vertex| mesh.positions()[vertex as usize][axis]);
-        values().fold(f32::MIN, f32::max) - values().fold(f32::MAX, f32::min)
-    };
-    let (height, depth) = (span(1), span(2));
+    let [_, height, depth] = extent(mesh);
     if depth > MAX_DEPTH * height && height > 0.0 {
         observer.note(format_args!(
             "{name}: {:.1} times as deep as it is high; if Z is up in it, use `up` z",
             depth / height
         ));
     }
+}
+
+/// Width, height and depth of what triangles use of a mesh.
+fn extent(mesh: &Mesh) -> [f32; 3] {
+    let used = mesh.faces().iter().flatten().map(|&vertex| mesh.positions()[vertex as usize]);
+    Bounds::of(used).map_or([0.0; 3], |Bounds { low, high }| [0, 1, 2].map(|k| high[k] - low[k]))
 }
 
 /// What a pipe gives, which can be read only once; anything else as it is.
@@ -151,22 +153,13 @@ fn over_grey(texture: &Texture) -> std::result::Result<Texture, TextureError> {
 
 /// Notes where a texture of the unit square is shown a second time.
 fn note_tiles(mesh: &Mesh, name: &str, observer: &dyn Observer) {
-    let faces = || (0..mesh.faces().len()).filter(|&face| mesh.is_outside(face));
-    let count = faces().count();
-    if count == 0 {
-        return;
-    }
-    let mut tiles: Vec<_> = faces().filter_map(|face| mesh.tile(face)).collect();
-    tiles.sort_unstable();
-    tiles.dedup();
-    let triangles = if count == 1 { "triangle has" } else { "triangles have" };
-    let numbers =
-        if tiles.is_empty() { String::new() } else { format!(" (tiles {})", listed(tiles)) };
-    observer.note(format_args!(
-        "{name}: {} {triangles} UV coordinates outside the unit square{numbers}, where the texture \
-         repeats",
-        grouped(count)
-    ));
+    let Some(outside) = OutsideFaces::of(mesh) else { return };
+    let told = outside.told(name);
+    let numbers = match outside.tiles.is_empty() {
+        true => String::new(),
+        false => format!(" (tiles {})", listed(outside.tiles)),
+    };
+    observer.note(format_args!("{told}{numbers}, where the texture repeats"));
 }
 
 /// A mesh as a model: a GLB file with one copy of the mesh for each texture, side by side.
@@ -213,8 +206,7 @@ fn plain(value: u8) -> Result<Texture> {
 
 /// Copies of a mesh from left to right, as seen from the front.
 fn beside_each_other(mesh: &Mesh, copies: usize) -> Result<Mesh> {
-    let used = || mesh.faces().iter().flatten().map(|&vertex| mesh.positions()[vertex as usize][0]);
-    let width = used().fold(f32::MIN, f32::max) - used().fold(f32::MAX, f32::min);
+    let [width, ..] = extent(mesh);
     let count = mesh.positions().len() as u32;
     let (mut positions, mut faces, mut uv_faces) = (Vec::new(), Vec::new(), Vec::new());
     for copy in 0..copies as u32 {

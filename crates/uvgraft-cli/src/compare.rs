@@ -150,9 +150,12 @@ struct Document<'a> {
 
 fn print(args: &Args, size: Size, scores: &Scores) -> anyhow::Result<ExitCode> {
     let [a, b] = [&args.a, &args.b].map(|path| path.display().to_string());
-    outcome::report(&Document { a, b, size, regions: scores }, || {
-        let [a, b] = [&args.a, &args.b].map(|path| terminal::path(path));
-        format!("{a} and {b}, {size} texels\n\n{}", scores.table())
-    })?;
+    outcome::report(
+        || Document { a, b, size, regions: scores },
+        || {
+            let [a, b] = [&args.a, &args.b].map(|path| terminal::path(path));
+            format!("{a} and {b}, {size} texels\n\n{}", scores.table())
+        },
+    )?;
     Ok(ExitCode::SUCCESS)
 }

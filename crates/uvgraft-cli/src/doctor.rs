@@ -58,13 +58,17 @@ pub(crate) fn run(args: &Args) -> anyhow::Result<ExitCode> {
     for file in &args.files {
         row(&file.display().to_string(), terms(file)?);
     }
-    outcome::report(&Document { rows: &rows }, || {
-        let mut text = String::new();
-        for Row { name, value } in &rows {
-            let _ = writeln!(text, "{:<20} {}", terminal::inline(name), terminal::inline(value));
-        }
-        text
-    })?;
+    outcome::report(
+        || Document { rows: &rows },
+        || {
+            let mut text = String::new();
+            for Row { name, value } in &rows {
+                let _ =
+                    writeln!(text, "{:<20} {}", terminal::inline(name), terminal::inline(value));
+            }
+            text
+        },
+    )?;
     Ok(ExitCode::SUCCESS)
 }
 

@@ -115,13 +115,14 @@ impl Errors {
         let scale = if content > 1200 { 2 } else { 1 };
         let line = 14 * scale;
         let bar_height = 14 * scale;
-        let head = MARGIN + 12 * scale + 15 * scale + 3 * line + 8 * scale + bar_height + 2 * line;
+        let title_height = 27 * scale;
+        let head = MARGIN + title_height + 3 * line + 8 * scale + bar_height + 2 * line;
         let size = Size::new(content + 2 * MARGIN, head + panel_height + MARGIN);
         let mut picture = Picture::new(size, BACKGROUND);
 
         let mut y = MARGIN;
         picture.text(&Picture::fitted(title, content, 2 * scale), MARGIN, y, 2 * scale, TITLE);
-        y += 27 * scale;
+        y += title_height;
         for text in captions(self, top) {
             picture.text(&Picture::fitted(&text, content, scale), MARGIN, y, scale, CAPTION);
             y += line;

@@ -24,7 +24,7 @@ struct Document {
 }
 
 pub(crate) fn run(_: &Args) -> anyhow::Result<ExitCode> {
-    outcome::report(&Document { meshes: MESHES }, text)?;
+    outcome::report(|| Document { meshes: MESHES }, text)?;
     Ok(ExitCode::SUCCESS)
 }
 

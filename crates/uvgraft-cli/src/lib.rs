@@ -213,28 +213,19 @@ fn parse(arguments: &[OsString]) -> Result<Parsed, clap::Error> {
 
 /// An error with a tip if an argument too many is a unit, as in `--distance 3 mm`, or an image beside what is shown.
 fn explained(mut error: clap::Error, arguments: &[OsString]) -> clap::Error {
-    let unit = match error.get(ContextKind::InvalidArg) {
-        Some(ContextValue::String(found)) if error.kind() == ErrorKind::UnknownArgument => {
-            Unit::named(found)
-        }
-        _ => None,
+    let found = match error.get(ContextKind::InvalidArg) {
+        Some(ContextValue::String(found)) if error.kind() == ErrorKind::UnknownArgument => found,
+        _ => return error,
     };
-    let is_image = |found: &str| Format::from_path(Path::new(found)).is_some();
     let shows = |command: &OsString| command == "render" || command == "view";
-    let is_texture = match error.get(ContextKind::InvalidArg) {
-        Some(ContextValue::String(found)) if error.kind() == ErrorKind::UnknownArgument => {
-            is_image(found) && arguments.get(1).is_some_and(shows)
-        }
-        _ => false,
+    let tip = if let Some(unit) = Unit::named(found) {
+        format!("a unit follows its number without a space, as in 3{}", unit.name())
+    } else if Format::from_path(Path::new(found)).is_some() && arguments.get(1).is_some_and(shows) {
+        "a texture is given by --texture".to_owned()
+    } else {
+        return error;
     };
-    if is_texture {
-        let tip = "a texture is given by --texture".to_owned();
-        error.insert(ContextKind::Suggested, ContextValue::StyledStrs(vec![tip.into()]));
-    }
-    if let Some(unit) = unit {
-        let tip = format!("a unit follows its number without a space, as in 3{}", unit.name());
-        error.insert(ContextKind::Suggested, ContextValue::StyledStrs(vec![tip.into()]));
-    }
+    error.insert(ContextKind::Suggested, ContextValue::StyledStrs(vec![tip.into()]));
     error
 }
 

@@ -114,21 +114,21 @@ pub(crate) fn is_json() -> bool {
     outcome().is_json
 }
 
-/// Tells the result of a command.
+/// Tells the result of a command, of whose two forms one is made.
 ///
-/// - `document`: serialises as an object.
+/// - `document`: what serialises as an object.
 ///
 /// # Errors
 /// If it cannot be printed.
-pub(crate) fn report(
-    document: &impl Serialize,
+pub(crate) fn report<D: Serialize>(
+    document: impl FnOnce() -> D,
     text: impl FnOnce() -> String,
 ) -> anyhow::Result<()> {
     if !is_json() {
         return terminal::print(&text());
     }
     // As it is written, not as values, in which a float of 32 bits would have the digits of 64.
-    let json = terminal::json(document)?;
+    let json = terminal::json(&document())?;
     let fields = json.strip_prefix('{').and_then(|rest| rest.strip_suffix("}\n"));
     let fields = fields.context("a report must be an object")?;
     fields.trim_end().clone_into(&mut outcome().report);
@@ -162,11 +162,17 @@ pub(crate) fn wrote(path: &Path) {
     outcome().written.push(path.display().to_string());
 }
 
+/// Whether the command ends with lines on what it wrote.
+pub(crate) fn has_closing_lines() -> bool {
+    let outcome = outcome();
+    !outcome.is_quiet && !outcome.is_json
+}
+
 /// Tells one way to look at what was written: a command of this program.
 ///
-/// - `words`: its arguments.
-pub(crate) fn look_by(words: &[&dyn Display]) {
-    let command = command(words);
+/// - `arguments`: see [`command`].
+pub(crate) fn look_by(arguments: impl Display) {
+    let command = command(arguments);
     outcome().look = Some(command);
 }
 
@@ -174,30 +180,19 @@ pub(crate) fn look_by(words: &[&dyn Display]) {
 ///
 /// - `mesh`: a path, perhaps with the selector of a part.
 /// - `is_head`: whether its head is what one looks at.
-pub(crate) fn look_by_picture(mesh: &str, texture: Option<&Path>, is_head: bool) {
-    let mesh = argument(Path::new(mesh));
-    let texture = texture.map(argument);
+pub(crate) fn look_by_picture(mesh: &Path, texture: Option<&Path>, is_head: bool) {
+    let texture = texture.map_or_else(String::new, |it| format!(" --texture {}", argument(it)));
+    let camera = if is_head { " --camera head" } else { "" };
     let picture = free(PathBuf::from("look.png"));
-    let picture = picture.display();
-    let mut words: Vec<&dyn Display> = vec![&"render", &mesh];
-    if let Some(texture) = &texture {
-        words.extend([&"--texture" as &dyn Display, texture]);
-    }
-    if is_head {
-        words.extend([&"--camera" as &dyn Display, &"head"]);
-    }
-    words.extend([&"-o" as &dyn Display, &picture]);
-    look_by(&words);
+    look_by(format_args!("render {}{texture}{camera} -o {}", argument(mesh), argument(&picture)));
 }
 
 /// A command of this program as one types it in the same folder and with the same path.
 ///
-/// - `words`: its arguments.
-pub(crate) fn command(words: &[&dyn Display]) -> String {
+/// - `arguments`: in which each path is an [`argument`].
+pub(crate) fn command(arguments: impl Display) -> String {
     let program = outcome().program.clone();
-    let words = words.iter().map(ToString::to_string);
-    let words: Vec<String> = std::iter::once(program).chain(words).collect();
-    words.iter().map(|word| shell_word(word)).collect::<Vec<_>>().join(" ")
+    format!("{} {arguments}", shell_word(&program))
 }
 
 /// How this program is called: by its name if that is what the path finds, or as it was called.
@@ -229,10 +224,11 @@ pub(crate) fn free(path: PathBuf) -> PathBuf {
     (2..100).map(numbered).find(|path| !path.exists()).unwrap_or(path)
 }
 
-/// A path as an argument, which does not begin as an option does.
+/// A path as an argument of a command in a shell, which does not begin as an option does.
 pub(crate) fn argument(path: &Path) -> String {
     let text = path.display().to_string();
-    if text.starts_with('-') { format!("./{text}") } else { text }
+    let text = if text.starts_with('-') { format!("./{text}") } else { text };
+    shell_word(&text).into_owned()
 }
 
 /// A word as shells read it.
@@ -286,6 +282,7 @@ mod tests {
         assert_eq!(free(path), folder.path().join("look_2.png"));
         assert_eq!(argument(Path::new("-p.uvpair")), "./-p.uvpair");
         assert_eq!(argument(Path::new("a/-p.uvpair")), "a/-p.uvpair");
+        assert_eq!(argument(Path::new("-a b")), "'./-a b'");
     }
 
     #[test]

@@ -229,7 +229,7 @@ fn print_with(
     recognised: &[Recognition; 2],
     report: &PairReport,
 ) -> anyhow::Result<()> {
-    let document = Document {
+    let document = || Document {
         source_name: &file.source_name,
         target_name: &file.target_name,
         source_fingerprint: layout_fingerprint(file.pair.source()),
@@ -240,7 +240,7 @@ fn print_with(
         linked,
         report,
     };
-    outcome::report(&document, || {
+    outcome::report(document, || {
         let linked = linked.map_or_else(String::new, |linked| linked.text() + "\n");
         linked + &text(file, report, recognised)
     })

@@ -119,7 +119,7 @@ fn import(files: &[PathBuf]) -> anyhow::Result<()> {
         }
         outcome::wrote(&output);
     }
-    outcome::look_by(&[&"doctor"]);
+    outcome::look_by("doctor");
     Ok(())
 }
 

@@ -11,6 +11,7 @@ use uvgraft::{Direction, Mesh, Recognition, Side, choices};
 use uvgraft_io::pair_file::PairFile;
 use uvgraft_pipeline::Observer;
 
+pub(crate) use self::outside::OutsideFaces;
 use self::outside::warn_of_outside;
 use crate::mesh_file::LoadedMesh;
 use crate::recognition;

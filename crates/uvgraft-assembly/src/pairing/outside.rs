@@ -6,25 +6,44 @@ use uvgraft_pipeline::Observer;
 
 use crate::report::grouped;
 
+/// The triangles of a mesh whose UV coordinates lie outside the unit square.
+pub(crate) struct OutsideFaces {
+    /// Their number, at least one.
+    count: usize,
+    /// The number of those that lie in a tile.
+    in_tiles: usize,
+    /// The tiles, in order.
+    pub(crate) tiles: Vec<Tile>,
+}
+
+impl OutsideFaces {
+    /// `None` if there are none.
+    pub(crate) fn of(mesh: &Mesh) -> Option<Self> {
+        let faces = || (0..mesh.faces().len()).filter(|&face| mesh.is_outside(face));
+        let count = faces().count();
+        let mut tiles: Vec<Tile> = faces().filter_map(|face| mesh.tile(face)).collect();
+        let in_tiles = tiles.len();
+        tiles.sort_unstable();
+        tiles.dedup();
+        (count > 0).then_some(Self { count, in_tiles, tiles })
+    }
+
+    /// How many there are, as the beginning of a message.
+    pub(crate) fn told(&self, name: &str) -> String {
+        let triangles = if self.count == 1 { "triangle has" } else { "triangles have" };
+        let count = grouped(self.count);
+        format!("{name}: {count} {triangles} UV coordinates outside the unit square")
+    }
+}
+
 /// Warns of triangles that a texture of the unit square does not reach.
 ///
 /// - `meshes`, `names`: of the source and the target.
 pub(super) fn warn_of_outside(meshes: [&Mesh; 2], names: [&str; 2], observer: &dyn Observer) {
     for (mesh, name) in meshes.into_iter().zip(names) {
-        let faces = || (0..mesh.faces().len()).filter(|&face| mesh.is_outside(face));
-        let count = faces().count();
-        if count == 0 {
-            continue;
-        }
-        let mut tiles: Vec<Tile> = faces().filter_map(|face| mesh.tile(face)).collect();
-        let in_tiles = tiles.len();
-        tiles.sort_unstable();
-        tiles.dedup();
-        let triangles = if count == 1 { "triangle has" } else { "triangles have" };
-        let mut text = format!(
-            "{name}: {} {triangles} UV coordinates outside the unit square",
-            grouped(count)
-        );
+        let Some(outside) = OutsideFaces::of(mesh) else { continue };
+        let mut text = outside.told(name);
+        let OutsideFaces { count, in_tiles, tiles } = outside;
         if in_tiles > 0 {
             text += &format!(
                 "; {} in UDIM tiles ({}) are linked only for textures with an image for each tile",

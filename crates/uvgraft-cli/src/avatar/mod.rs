@@ -216,11 +216,10 @@ pub(crate) fn run(args: &Args) -> anyhow::Result<ExitCode> {
     for (index, file) in made.levels.iter().enumerate() {
         write(&level_file(&args.output, index + 1), file)?;
     }
-    outcome::report(&made.report, || made.report.to_string())?;
-    let avatar = outcome::argument(&args.output);
+    outcome::report(|| &made.report, || made.report.to_string())?;
     match PAGE {
-        Some(_) => outcome::look_by(&[&"view", &avatar]),
-        None => outcome::look_by_picture(&avatar, None, false),
+        Some(_) => outcome::look_by(format_args!("view {}", outcome::argument(&args.output))),
+        None => outcome::look_by_picture(&args.output, None, false),
     }
     Ok(ExitCode::SUCCESS)
 }

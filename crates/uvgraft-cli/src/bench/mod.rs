@@ -142,7 +142,7 @@ pub(crate) fn run(args: &Args) -> anyhow::Result<ExitCode> {
     }
     progress.finish_and_clear();
     let report = Report::new(args.pair.display().to_string(), args.runs, copy, rows);
-    outcome::report(&report, || report.markdown())?;
+    outcome::report(|| &report, || report.markdown())?;
     Ok(ExitCode::SUCCESS)
 }
 

@@ -35,7 +35,7 @@ pub(super) fn run(args: &Args) -> anyhow::Result<()> {
         |name: &str, axis: usize| grouped(arrays.get(name).map_or(0, |array| array.shape()[axis]));
     let bytes = std::fs::metadata(output).map_or(0, |file| file.len());
     outcome::wrote(output);
-    outcome::look_by_picture(&output.display().to_string(), None, false);
+    outcome::look_by_picture(output, None, false);
     terminal::print(&format!(
         "{} vertices, {} joints, {} expressions, {} shape components, {:.1} MB\n\n{}\n",
         length("v_template", 0),

@@ -95,7 +95,7 @@ pub(super) fn run(args: &Args) -> anyhow::Result<()> {
         save_npz_compressed(&arrays, output).with_context(cannot)?;
     }
     outcome::wrote(output);
-    outcome::look_by_picture(&output.display().to_string(), None, false);
+    outcome::look_by_picture(output, None, false);
     terminal::print(&format!("{height:.2} m tall\n"))
 }
 

@@ -90,7 +90,7 @@ pub(super) fn run(args: &Args) -> anyhow::Result<()> {
     let _ = image::write(&Image::from(skin), &args.output, &WriteOptions::default())
         .with_context(|| format!("cannot write {}", args.output.display()))?;
     outcome::wrote(&args.output);
-    outcome::look_by_picture(&args.model.display().to_string(), Some(&args.output), false);
+    outcome::look_by_picture(&args.model, Some(&args.output), false);
     Ok(())
 }
 

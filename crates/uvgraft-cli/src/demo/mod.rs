@@ -289,55 +289,45 @@ fn print(outputs: &Outputs<'_>, photo: Option<&Path>) -> anyhow::Result<()> {
     for (name, what) in &outputs.written {
         let _ = writeln!(text, "  {name:<20} {what}");
     }
-    let path = |name: &str| outputs.folder.join(name).display().to_string();
+    let path = |name: &str| outcome::argument(&outputs.folder.join(name));
     let [before, after] = ["body_base.png", "body_with_face.png"].map(path);
     let [body, face, avatar] = ["body.obj", "face.png", "avatar.glb"].map(path);
     let [shown, turning] = ["shown.png", "turning.gif"].map(path);
-    let commands = [
-        outcome::command(&[&"render", &body, &"-t", &before, &"-t", &after, &"-o", &shown]),
-        match PAGE {
-            Some(_) => outcome::command(&[&"view", &avatar]),
-            None => outcome::command(&[&"render", &avatar, &"--turntable", &"-o", &turning]),
-        },
-    ];
-    let _ =
-        writeln!(text, "\nLook at the body before and after, and at the avatar from all sides:");
-    commands.iter().for_each(|command| text.extend(["  ", command, "\n"]));
+    let mut print_commands = |what: &str, commands: &[String]| {
+        let _ = writeln!(text, "\n{what}:");
+        for arguments in commands {
+            let _ = writeln!(text, "  {}", outcome::command(arguments));
+        }
+    };
+    print_commands(
+        "Look at the body before and after, and at the avatar from all sides",
+        &[
+            format!("render {body} -t {before} -t {after} -o {shown}"),
+            match PAGE {
+                Some(_) => format!("view {avatar}"),
+                None => format!("render {avatar} --turntable -o {turning}"),
+            },
+        ],
+    );
     let [head, ids, wave] = ["head.obj", "head_to_body.npy", "wave.npz"].map(path);
-    let commands = [
-        outcome::command(&[&"pair", &head, &body, &"--vertex-map", &ids, &"-o", &"my.uvpair"]),
-        outcome::command(&[&"transfer", &"my.uvpair", &face, &"--onto", &before, &"-o", &"my.png"]),
-        outcome::command(&[
-            &"avatar",
-            &"my.uvpair",
-            &face,
-            &"--onto",
-            &before,
-            &"--body",
-            &"demo",
-            &"--motion",
-            &wave,
-            &"-o",
-            &"me.glb",
-        ]),
-    ];
-    let _ = writeln!(text, "\nThe same steps one by one, for files of your own in place of these:");
-    commands.iter().for_each(|command| text.extend(["  ", command, "\n"]));
+    print_commands(
+        "The same steps one by one, for files of your own in place of these",
+        &[
+            format!("pair {head} {body} --vertex-map {ids} -o my.uvpair"),
+            format!("transfer my.uvpair {face} --onto {before} -o my.png"),
+            format!(
+                "avatar my.uvpair {face} --onto {before} --body demo --motion {wave} -o me.glb"
+            ),
+        ],
+    );
     if let Some(photo) = photo {
         let small =
             if photo.ends_with(selfie::ASTRONAUT) { ", where the astronaut's has 108" } else { "" };
-        let command = outcome::command(&[
-            &"avatar",
-            &"--selfie",
-            &"me.jpg",
-            &"--body",
-            &"demo",
-            &"-o",
-            &"selfie.glb",
-        ]);
-        let _ = writeln!(
-            text,
-            "\nThe same with a photograph of yours (a face should be 200 pixels high or more{small}):\n  {command}"
+        print_commands(
+            &format!(
+                "The same with a photograph of yours (a face should be 200 pixels high or more{small})"
+            ),
+            &["avatar --selfie me.jpg --body demo -o selfie.glb".to_owned()],
         );
     } else {
         let _ = writeln!(

@@ -23,7 +23,7 @@ pub(super) fn is_avatar(path: &Path) -> bool {
 
 pub(super) fn print(path: &Path) -> anyhow::Result<()> {
     let found = contents(path).or_bad_input()?;
-    outcome::report(&found, || text(&found))
+    outcome::report(|| &found, || text(&found))
 }
 
 fn text(found: &Contents) -> String {

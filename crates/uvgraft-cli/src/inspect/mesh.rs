@@ -50,7 +50,7 @@ pub(super) fn run(args: &Args) -> anyhow::Result<ExitCode> {
         layout_picture::write(&mesh, &report, &name, path)?;
         outcome::wrote(path);
     }
-    outcome::report(&Document { parts: &parts, report: &report }, || text(&report, &parts))?;
+    outcome::report(|| Document { parts: &parts, report: &report }, || text(&report, &parts))?;
     Ok(ExitCode::SUCCESS)
 }
 

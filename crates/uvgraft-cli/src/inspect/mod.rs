@@ -15,6 +15,7 @@ use crate::failure::{OrBadInput, bad_input, warn};
 use crate::outcome;
 use crate::report::{self, grouped};
 use uvgraft_assembly::drawing::check_name;
+use uvgraft_assembly::mesh_file;
 use uvgraft_assembly::pair_picture;
 use uvgraft_assembly::recognition;
 
@@ -101,5 +102,5 @@ fn listed(names: &[String]) -> String {
 
 fn is_named_like_a_mesh(path: &Path) -> bool {
     let extension = path.extension().unwrap_or_default().to_ascii_lowercase();
-    ["obj", "glb", "gltf", "vrm", "ply", "npz", "pkl"].iter().any(|mesh| extension == *mesh)
+    mesh_file::EXTENSIONS.iter().any(|mesh| extension == *mesh)
 }

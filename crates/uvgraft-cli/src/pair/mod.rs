@@ -121,7 +121,7 @@ pub(crate) fn run(args: &Args) -> anyhow::Result<ExitCode> {
     }
     let preview = outcome::free(args.output.with_extension("png"));
     let [pair, preview] = [&*args.output, &*preview].map(outcome::argument);
-    outcome::look_by(&[&"inspect", &pair, &"--preview", &preview]);
+    outcome::look_by(format_args!("inspect {pair} --preview {preview}"));
     report::print_linked(&file, &linked.linked, &recognised, &report)?;
     Ok(ExitCode::SUCCESS)
 }

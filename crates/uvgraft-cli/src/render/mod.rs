@@ -143,7 +143,7 @@ pub(crate) fn run(args: &Args) -> anyhow::Result<ExitCode> {
     if args.print_camera {
         let camera = rendering.camera(0);
         let text = serde_json::to_string(camera)? + "\n";
-        outcome::report(&serde_json::json!({ "camera": camera }), || text)?;
+        outcome::report(|| serde_json::json!({ "camera": camera }), || text)?;
     }
     Ok(ExitCode::SUCCESS)
 }

@@ -224,7 +224,7 @@ pub(crate) fn run(args: &Args) -> anyhow::Result<ExitCode> {
     if let Some(path) = &args.output {
         outcome::wrote(path);
     }
-    outcome::report(&report, || markdown)?;
+    outcome::report(|| &report, || markdown)?;
     Ok(ExitCode::SUCCESS)
 }
 

@@ -54,7 +54,7 @@ pub(super) fn print(
     seams: &SeamReport,
     tone: Option<&ToneMatch>,
 ) -> anyhow::Result<()> {
-    outcome::report(&Document::new(subject, seams, tone), || text(subject, seams, tone))
+    outcome::report(|| Document::new(subject, seams, tone), || text(subject, seams, tone))
 }
 
 #[derive(Serialize)]

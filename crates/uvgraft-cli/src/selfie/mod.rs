@@ -93,9 +93,9 @@ pub(crate) fn run(args: &Args) -> anyhow::Result<ExitCode> {
     }
     made.warn(&Notes);
     let figures = made.figures();
-    outcome::report(&figures, || figures.to_string())?;
+    outcome::report(|| &figures, || figures.to_string())?;
     if let Some(mesh) = args.mesh.as_ref().or(Some(&args.head).filter(|head| head.is_file())) {
-        outcome::look_by_picture(&mesh.display().to_string(), Some(&args.output), true);
+        outcome::look_by_picture(mesh, Some(&args.output), true);
     }
     Ok(ExitCode::SUCCESS)
 }

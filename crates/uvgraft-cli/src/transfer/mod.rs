@@ -13,6 +13,7 @@ use uvgraft::{
 use uvgraft_assembly::drawing::check_name;
 use uvgraft_assembly::pair_picture;
 use uvgraft_io::image::{Format, WriteOptions};
+use uvgraft_io::pair_file::PairFile;
 use uvgraft_pipeline::{
     BaseSource, Correspondence, Existing, Fault, Input, Inputs, MaterialMap, Role, Shard,
     TextureList, Transfer, Transferred, Values, parse_memory,
@@ -268,13 +269,12 @@ impl Args {
         let shown = written.iter().find(is_color).filter(|path| !self.data && path.is_file());
         if let (Some(pair), Some(shown)) = (&self.pair, shown)
             && self.with_map.is_none()
+            && outcome::has_closing_lines()
         {
             let mesh = format!("{}{}", pair.display(), if self.reverse { "#source" } else { "" });
-            let is_head = done.pair.as_ref().is_some_and(|file| {
-                let direction = if self.reverse { Direction::Reverse } else { Direction::Forward };
-                Anatomy::find(file.pair.to(direction)).is_ok()
-            });
-            outcome::look_by_picture(&mesh, Some(shown), is_head);
+            let has_head = |file: &PairFile| Anatomy::find(file.pair.to(self.direction())).is_ok();
+            let is_head = done.pair.as_ref().is_some_and(has_head);
+            outcome::look_by_picture(Path::new(&mesh), Some(shown), is_head);
         }
     }
 
@@ -288,7 +288,7 @@ impl Args {
     fn transfer(&self) -> anyhow::Result<Transfer> {
         let correspondence = self.correspondence()?;
         let mut transfer = Transfer::by(correspondence, self.inputs()?, &self.output);
-        transfer.direction = if self.reverse { Direction::Reverse } else { Direction::Forward };
+        transfer.direction = self.direction();
         transfer.size = self.size;
         transfer.filter = self.filter;
         transfer.map = MapOptions::with_gutter(self.gutter).prefer(self.prefer);
@@ -322,6 +322,10 @@ impl Args {
             transfer.extra_outputs.push(preview.clone());
         }
         Ok(transfer)
+    }
+
+    fn direction(&self) -> Direction {
+        if self.reverse { Direction::Reverse } else { Direction::Forward }
     }
 
     /// The conventions of normal maps, which mean nothing to others.
