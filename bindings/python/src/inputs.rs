@@ -9,7 +9,7 @@ use pyo3::prelude::*;
 use pyo3::types::{PyBytes, PyMapping};
 use uvgraft::{Depth, Encoding};
 use uvgraft_assembly::mesh_file::LoadedMesh;
-use uvgraft_io::image::{self, Format, Image, WriteOptions};
+use uvgraft_image::{self as image, Format, Image, WriteOptions};
 use uvgraft_io::{obj, pair_file};
 use uvgraft_pipeline::{BaseSource, Input};
 

@@ -11,7 +11,7 @@ use uvgraft::{Encoding, Size};
 use uvgraft_assembly::selfie::{Head, Networks};
 use uvgraft_assembly::{AvatarRequest, Body, Failure, Input, Result, SelfieRequest};
 use uvgraft_figure::{Figure, paint_body, paint_head};
-use uvgraft_io::image::{self, Format, WriteOptions};
+use uvgraft_image::{self as image, Format, WriteOptions};
 use uvgraft_pipeline::{BaseSource, Blame};
 
 /// Bytes, or a message if there are none.

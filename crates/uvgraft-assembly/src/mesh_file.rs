@@ -9,12 +9,13 @@ use std::sync::Arc;
 use uvgraft::Mesh;
 use uvgraft::listing::listed;
 use uvgraft::mesh::MeshPart;
+use uvgraft_files::input::{Input, ReadError};
 use uvgraft_gltf::scene::{MeshChoice, SceneMeshError, load_mesh, read_mesh};
-use uvgraft_io::input::{Input, ReadError};
+use uvgraft_image as image;
 use uvgraft_io::obj::ObjError;
 use uvgraft_io::pair_file::{self, PairFile};
 use uvgraft_io::textured::{TexturedMesh, WithoutUv};
-use uvgraft_io::{arrays, image, model_mesh, obj, ply};
+use uvgraft_io::{arrays, model_mesh, obj, ply};
 use uvgraft_pipeline::{Blame, Failure, Observer, Result};
 
 use crate::report::grouped;

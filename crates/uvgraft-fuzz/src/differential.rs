@@ -6,7 +6,7 @@ use std::sync::Arc;
 use uvgraft::{
     Channels, Depth, Direction, Encoding, Filter, Graft, Mesh, Pair, Size, Sizes, Texels, Texture,
 };
-use uvgraft_io::image::{BandEncoder, Format, Image, TextureSpec, WriteOptions, decode};
+use uvgraft_image::{BandEncoder, Format, Image, TextureSpec, WriteOptions, decode};
 use uvgraft_tests::independent;
 
 /// Numbers from bytes; zeros at their end.

@@ -6,8 +6,8 @@ use serde_json::json;
 use uvgraft::{Channels, Depth, Direction, Encoding, MapOptions, Mesh, Pair, SamplingMap, Size};
 use uvgraft::{Texels, Texture};
 use uvgraft_avatar::body::BodyKind;
+use uvgraft_image::{Format, Image, WriteOptions, encode};
 use uvgraft_io::arrays::{NamedArrays, NumericArray, write_npz, write_npz_compressed};
-use uvgraft_io::image::{Format, Image, WriteOptions, encode};
 use uvgraft_io::pair_file::PairFile;
 use uvgraft_io::sampling_map::{Convention, write_npy, write_st_map};
 use uvgraft_io::torch::write_pth;
@@ -309,10 +309,11 @@ pub(crate) fn png_round_trip() -> Vec<Vec<u8>> {
 mod tests {
     use uvgraft_avatar::motion::Motion;
     use uvgraft_gltf::scene::{MeshChoice, Scene, read_mesh};
+    use uvgraft_image as images;
     use uvgraft_io::{
         arrays, ply as ply_file, sampling_map, tflite as models, torch as torch_file,
     };
-    use uvgraft_io::{image as images, pickle as pickles, vertex_groups as groups};
+    use uvgraft_io::{pickle as pickles, vertex_groups as groups};
 
     use super::*;
 

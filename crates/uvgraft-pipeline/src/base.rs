@@ -7,8 +7,8 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 use std::sync::{Mutex, PoisonError};
 
 use uvgraft::{Averaging, Depth, Encoding, Filter, Size, TexelFormat, Texture};
-use uvgraft_io::image::{self, BandReader, Format, Header, ReadError};
-use uvgraft_io::input::Input;
+use uvgraft_files::input::Input;
+use uvgraft_image::{self as image, BandReader, Format, Header, ReadError};
 
 use crate::base_color;
 use crate::base_source::BaseSource;

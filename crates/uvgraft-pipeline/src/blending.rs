@@ -7,8 +7,8 @@ use uvgraft::blend::Side;
 use uvgraft::blend::{Blend, BlendDomain, BlendOptions, FeatherFit, Tone};
 use uvgraft::fill::{self, FillError};
 use uvgraft::{Direction, Labels, Texture, ToneCorrection};
-use uvgraft_io::image;
-use uvgraft_io::input::Input;
+use uvgraft_files::input::Input;
+use uvgraft_image as image;
 
 use crate::failure::{Blame, Failure, Result};
 use crate::length::{Length, Unit};

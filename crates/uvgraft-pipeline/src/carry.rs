@@ -8,7 +8,7 @@ use std::thread;
 
 use uvgraft::{Blend, Channels, FitSummary, Graft, Overlay, TexelFormat, Texture};
 use uvgraft::{Depth, ToneCorrection};
-use uvgraft_io::image::{EncodeError, Format, TextureSpec, WriteError, Written};
+use uvgraft_image::{EncodeError, Format, TextureSpec, WriteError, Written};
 
 use crate::base::Bands;
 use crate::blending;

@@ -1,7 +1,7 @@
 //! Material maps: their roles, and how each role is processed.
 
 use uvgraft::{Content, Depth, Encoding, Filter, NormalOptions, TexelFormat};
-use uvgraft_io::image::{DeclaredSpace, Format};
+use uvgraft_image::{DeclaredSpace, Format};
 
 use crate::failure::{Failure, Result};
 

@@ -8,8 +8,8 @@ use std::path::Path;
 use std::sync::{Condvar, Mutex, PoisonError};
 
 use uvgraft::{Averaging, Depth, Encoding, Size, TexelFormat, threads};
-use uvgraft_io::image::{self, Format, Header};
-use uvgraft_io::input::Input;
+use uvgraft_files::input::Input;
+use uvgraft_image::{self as image, Format, Header};
 
 use crate::base::{Base, BaseOrder, bytes_of};
 use crate::base_source::BaseSource;

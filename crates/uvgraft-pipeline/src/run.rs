@@ -5,8 +5,8 @@ use std::path::Path;
 use std::sync::Arc;
 
 use uvgraft::{Blend, BlendDomain, Filter, Overlap, Size, Tone, threads};
-use uvgraft_io::image::{self, Format, Image};
-use uvgraft_io::input::Input;
+use uvgraft_files::input::Input;
+use uvgraft_image::{self as image, Format, Image};
 
 use crate::base::{Base, BaseOrder};
 use crate::base_source::BaseSource;

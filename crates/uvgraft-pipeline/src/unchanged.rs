@@ -5,7 +5,7 @@ use std::sync::atomic::{AtomicU64, Ordering};
 use std::sync::{Arc, Mutex, OnceLock, PoisonError};
 
 use uvgraft::{BaseConversion, TexelFormat};
-use uvgraft_io::image::{Segment, Segments};
+use uvgraft_image::{Segment, Segments};
 
 use crate::base::Base;
 
@@ -71,7 +71,7 @@ impl Unchanged {
 #[cfg(test)]
 mod tests {
     use uvgraft::{Channels, Depth, Encoding, Size, Texture};
-    use uvgraft_io::image::{Format, TextureSpec, WriteOptions};
+    use uvgraft_image::{Format, TextureSpec, WriteOptions};
 
     use super::*;
 

@@ -9,7 +9,7 @@ use uvgraft::{
     Channels, Direction, Encoding, MapOptions, Pair, SamplingMap, Size, Texels, Texture, Tone,
 };
 use uvgraft_figure::{Figure, paint_body_in_tone, paint_head};
-use uvgraft_io::image::{self, Format, WriteOptions};
+use uvgraft_image::{self as image, Format, WriteOptions};
 use uvgraft_io::pair_file::{self, PairFile};
 use uvgraft_io::sampling_map;
 use uvgraft_pipeline::{

@@ -7,7 +7,7 @@ use std::path::{Path, PathBuf};
 use rayon::prelude::*;
 use uvgraft::{Depth, Encoding, FitOptions, Pair, Size, Texture};
 use uvgraft_figure::{Figure, paint_body_in_tone, paint_head};
-use uvgraft_io::image::{self, Format, WriteOptions};
+use uvgraft_image::{self as image, Format, WriteOptions};
 use uvgraft_io::pair_file::{self, PairFile};
 use uvgraft_pipeline::{
     BaseSource, Blending, Existing, Fault, Inputs, Length, Manifest, MaterialMap, PreparedTransfer,

@@ -10,8 +10,8 @@ use uvgraft::{
     Channels, Depth, Direction, Encoding, Filter, Graft, MapOptions, Mesh, Pair, SamplingMap, Size,
     Sizes, Texels, Texture,
 };
+use uvgraft_image::{Format, Image, WriteOptions, decode, encode};
 use uvgraft_io::arrays::{self, NamedArrays, NumericArray};
-use uvgraft_io::image::{Format, Image, WriteOptions, decode, encode};
 use uvgraft_io::pair_file::{self, PairFile};
 use uvgraft_io::{obj, sampling_map, vertex_map};
 

@@ -10,8 +10,8 @@ use clap::Parser;
 use uvgraft::{
     Direction, Filter, Graft, GraftError, MapOptions, Pair, SamplingMap, Size, Sizes, Texture,
 };
-use uvgraft_io::image::{self, Format, Image, WriteOptions};
-use uvgraft_io::output::TemporaryFolder;
+use uvgraft_files::output::TemporaryFolder;
+use uvgraft_image::{self as image, Format, Image, WriteOptions};
 use uvgraft_io::pair_file;
 
 use super::measure::time;

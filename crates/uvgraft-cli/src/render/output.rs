@@ -6,9 +6,9 @@ use anyhow::Context;
 use uvgraft::Texture;
 use uvgraft_assembly::render::Rendering;
 use uvgraft_assembly::{Input, RenderRequest};
-use uvgraft_io::image::animation::{AnimationError, write_gif, write_webp};
-use uvgraft_io::image::{self, Format, Image, WriteOptions};
-use uvgraft_io::output::write_atomically;
+use uvgraft_files::output::write_atomically;
+use uvgraft_image::animation::{AnimationError, write_gif, write_webp};
+use uvgraft_image::{self as image, Format, Image, WriteOptions};
 use uvgraft_pipeline::Outputs;
 use uvgraft_render::Background;
 

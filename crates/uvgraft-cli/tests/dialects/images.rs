@@ -6,7 +6,7 @@ use std::io::Cursor;
 
 use png::{BitDepth, ColorType};
 use uvgraft::{Channels, Depth, Encoding, Size, Texels, Texture};
-use uvgraft_io::image::{self, Format, WriteOptions};
+use uvgraft_image::{self as image, Format, WriteOptions};
 
 use super::{Case, Expected, Near, Refused, Same, case, check};
 use crate::bench::Bench;

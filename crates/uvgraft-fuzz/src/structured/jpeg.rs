@@ -5,7 +5,7 @@ use std::sync::LazyLock;
 
 use arbitrary::Arbitrary;
 use uvgraft::{Channels, Encoding, Size, Texels, Texture};
-use uvgraft_io::image::{Format, WriteOptions, encode};
+use uvgraft_image::{Format, WriteOptions, encode};
 
 use super::number::{Many, Number, Patch};
 use super::{choose, reading};

@@ -3,7 +3,7 @@
 use std::io::Cursor;
 
 use uvgraft::{Depth, Encoding, Size, Texels, Texture};
-use uvgraft_io::image::{self, Format, WriteOptions};
+use uvgraft_image::{self as image, Format, WriteOptions};
 
 use super::ktx2_header;
 use super::picture_error::{PictureError, PictureFormat};

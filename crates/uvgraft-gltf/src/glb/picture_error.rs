@@ -1,7 +1,7 @@
 //! Formats of embedded images, and errors for them.
 
 use uvgraft::TextureError;
-use uvgraft_io::image::{EncodeError, ImageError};
+use uvgraft_image::{EncodeError, ImageError};
 
 /// An image format of GLB files.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]

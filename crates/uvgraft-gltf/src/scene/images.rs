@@ -3,7 +3,7 @@
 use std::collections::{HashMap, HashSet};
 
 use uvgraft::{Size, Texture};
-use uvgraft_io::image::{self, DeclaredSpace};
+use uvgraft_image::{self as image, DeclaredSpace};
 
 use super::accessor::Accessors;
 use super::asset::{Asset, Bytes};
@@ -225,7 +225,7 @@ mod tests {
     use std::io::Cursor;
 
     use uvgraft::{Channels, Encoding, Texels};
-    use uvgraft_io::image::{Format, WriteOptions};
+    use uvgraft_image::{Format, WriteOptions};
 
     use super::*;
 

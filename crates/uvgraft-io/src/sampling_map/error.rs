@@ -3,8 +3,8 @@
 use uvgraft::PositionsError;
 
 use crate::arrays::ArraysError;
-use crate::image::ImageError;
-use crate::input::beginning;
+use crate::beginning;
+use uvgraft_image::ImageError;
 
 /// Why the bytes of a map were rejected.
 #[derive(Debug, thiserror::Error)]

@@ -4,7 +4,7 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
 
 use uvgraft::{Depth, Direction, Encoding, Pair, Tile, TileAtlas};
-use uvgraft_io::image::{self, Format, Image, WriteOptions};
+use uvgraft_image::{self as image, Format, Image, WriteOptions};
 
 use super::has_placeholder;
 use super::names::{Pattern, numbered};

@@ -12,8 +12,8 @@ use std::path::Path;
 
 use serde_json::{Map, Value, json};
 use uvgraft::Texture;
-use uvgraft_io::image::{self, Format, Image, WriteOptions};
-use uvgraft_io::input::{Input, ReadError};
+use uvgraft_files::input::{Input, ReadError};
+use uvgraft_image::{self as image, Format, Image, WriteOptions};
 
 use super::accessor::Accessors;
 use super::asset::{Asset, parse_within};
