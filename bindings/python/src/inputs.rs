@@ -32,7 +32,7 @@ pub(crate) fn image(given: &Bound<'_, PyAny>, name: &str, encoding: Encoding) ->
     }
     let texture = texture(given, name, encoding)?.texture;
     // TIFF is the only format that keeps 32-bit floats and straight alpha.
-    let format = if texture.depth() == Depth::F32 { Format::Tiff } else { Format::Png };
+    let format = if texture.depth() == Depth::F32 { Format::TIFF } else { Format::PNG };
     let encoded = given.py().detach(|| {
         let mut out = Cursor::new(Vec::new());
         image::encode(&Image::from(texture), format, &WriteOptions::default(), &mut out)

@@ -450,7 +450,7 @@ mod tests {
     #[test]
     fn formats_are_detected_from_the_content() {
         let cases: [(&[u8], Format); 17] = [
-            (b"\x89PNG\r\n\x1a\n\0", Format::Image(image::Format::Png)),
+            (b"\x89PNG\r\n\x1a\n\0", Format::Image(image::Format::PNG)),
             (b"\x07\x01\0\0\0\0\0\0{\"__", Format::Pair),
             (b"{\"a\": 1}", Format::Gltf),
             (b"glTF\x02\0\0\0", Format::Gltf),

@@ -1,19 +1,16 @@
 //! Reads images in bands of rows, top to bottom.
 
-use std::io::{BufRead, Cursor, Seek};
+use std::io::Cursor;
 use std::path::PathBuf;
 
 use uvgraft::texture::{Depth, Size, Texels, Texture};
 
+use super::codec::{Decode, Decoded, OpenRows, RowDecoder, Source};
 use super::decoder_panics::refused;
 use super::header::{check_backed, detect};
 use super::opened::Content;
 use super::orientation::Orientation;
-use super::png::RowDecoder;
-use super::{
-    DeclaredSpace, Decoded, Format, Header, Image, ImageError, ReadError, TextureSpec, convert,
-    header,
-};
+use super::{DeclaredSpace, Format, Header, Image, ImageError, ReadError, TextureSpec, header};
 use uvgraft_files::input::Input;
 
 /// An image decoded in bands of rows, with the same result as [`decode`].
@@ -37,14 +34,9 @@ pub struct BandDecoder<'a> {
 }
 
 enum Rows<'a> {
-    Png(Box<RowDecoder<Box<dyn Stream + 'a>>>),
+    Decoder(Box<dyn RowDecoder + 'a>),
     Whole(Texels),
 }
-
-/// The source of an image.
-pub(super) trait Stream: BufRead + Seek + Send {}
-
-impl<T: BufRead + Seek + Send> Stream for T {}
 
 impl<'a> BandDecoder<'a> {
     /// Reads everything before the texels.
@@ -63,38 +55,62 @@ impl<'a> BandDecoder<'a> {
     /// # Errors
     /// As [`BandDecoder::new`].
     pub fn with(bytes: &'a [u8], space: DeclaredSpace) -> Result<Self, ImageError> {
-        if detect(bytes)? == Format::Png {
-            Self::png(Box::new(Cursor::new(bytes)), bytes.len() as u64, space)
-        } else {
-            Self::whole(bytes, space)
+        Self::among(Format::ALL, bytes, space)
+    }
+
+    /// As [`BandDecoder::with`], for an image in one of the formats given, which may be those of others.
+    ///
+    /// # Errors
+    /// As [`BandDecoder::new`].
+    pub fn among(
+        formats: &[Format],
+        bytes: &'a [u8],
+        space: DeclaredSpace,
+    ) -> Result<Self, ImageError> {
+        Self::of(formats, bytes, space)
+    }
+
+    /// As [`BandDecoder::among`], for bytes that are kept if rows are decoded on demand.
+    pub(super) fn of(
+        formats: &[Format],
+        bytes: impl AsRef<[u8]> + Send + 'a,
+        space: DeclaredSpace,
+    ) -> Result<Self, ImageError> {
+        let all = bytes.as_ref();
+        let (format, length) = (detect(formats, all)?, all.len() as u64);
+        match format.codec().decode {
+            Decode::Rows(open) => {
+                Self::in_rows(format, open, Box::new(Cursor::new(bytes)), length, space)
+            }
+            Decode::Whole(decode) => {
+                let header = || (format.codec().header)(&mut Cursor::new(all));
+                // Whatever else is wrong with a header, decoding says.
+                if let Ok(stored) = refused(format, header) {
+                    check_backed(&stored.public(format), length)?;
+                }
+                Self::decoded(format, refused(format, || decode(all, space))?, length)
+            }
         }
     }
 
-    pub(super) fn png(
-        input: Box<dyn Stream + 'a>,
+    /// Starts to decode a file of a format that is decoded in rows.
+    pub(super) fn in_rows(
+        format: Format,
+        open: OpenRows,
+        source: Box<dyn Source + 'a>,
         length: u64,
         space: DeclaredSpace,
     ) -> Result<Self, ImageError> {
-        let decoder = refused(Format::Png, || RowDecoder::new(input, space))?;
+        let decoder = refused(format, || open(source, space))?;
         let stored = decoder.header();
         let icc = header::check_icc(decoder.icc())?;
-        let header = stored.public(Format::Png);
+        let header = stored.public(format);
         if stored.orientation != Orientation::default() || !decoder.is_sequential() {
             check_backed(&header, length)?;
-            let texels = refused(Format::Png, || decoder.read_all())?;
-            return Self::decoded(Format::Png, Decoded { header: stored, texels, icc }, length);
+            let texels = refused(format, || decoder.read_all())?;
+            return Self::decoded(format, Decoded { header: stored, texels, icc }, length);
         }
-        Ok(Self::from_rows(header, icc, Rows::Png(Box::new(decoder)), length))
-    }
-
-    pub(super) fn whole(bytes: &[u8], space: DeclaredSpace) -> Result<Self, ImageError> {
-        let format = detect(bytes)?;
-        let length = bytes.len() as u64;
-        // Whatever else is wrong with a header, decoding says.
-        if let Ok(header) = super::decode_header(bytes) {
-            check_backed(&header, length)?;
-        }
-        Self::decoded(format, super::decode_stored(format, bytes, space)?, length)
+        Ok(Self::from_rows(header, icc, Rows::Decoder(decoder), length))
     }
 
     fn decoded(format: Format, decoded: Decoded, length: u64) -> Result<Self, ImageError> {
@@ -113,9 +129,9 @@ impl<'a> BandDecoder<'a> {
     }
 
     /// The whole image as [`BandEncoder`](super::BandEncoder) expects it.
-    pub const fn spec(&self) -> TextureSpec {
+    pub fn spec(&self) -> TextureSpec {
         let Header { format, size, channels, depth, .. } = self.header;
-        TextureSpec { size, channels, depth, encoding: convert::encoding_of(format, depth) }
+        TextureSpec { size, channels, depth, encoding: format.codec().encoding(depth) }
     }
 
     /// The ICC profile, passed through uninterpreted.
@@ -134,10 +150,10 @@ impl<'a> BandDecoder<'a> {
     /// [`ImageError`] if they are damaged.
     pub fn skip(&mut self, rows: u32) -> Result<(), ImageError> {
         let rows = rows.min(self.header.size.height - self.next_row);
-        if let Rows::Png(decoder) = &mut self.rows
+        if let Rows::Decoder(decoder) = &mut self.rows
             && rows > 0
         {
-            refused(Format::Png, || decoder.skip(rows))?;
+            refused(self.header.format, || decoder.skip(rows))?;
         }
         self.next_row += rows;
         Ok(())
@@ -164,8 +180,8 @@ impl<'a> BandDecoder<'a> {
         }
         let mut texels = self.memory(rows as usize * spec.row_values());
         match &mut self.rows {
-            Rows::Png(decoder) => {
-                refused(Format::Png, || decoder.read(&mut texels, 0..rows))?;
+            Rows::Decoder(decoder) => {
+                refused(self.header.format, || decoder.read(&mut texels, 0..rows))?;
             }
             Rows::Whole(whole) => {
                 copy(whole, self.next_row as usize * spec.row_values(), &mut texels);
@@ -197,13 +213,14 @@ impl<'a> BandDecoder<'a> {
         let values = size.height as usize * self.spec().row_values();
         let mut texels = match &mut self.rows {
             Rows::Whole(whole) => std::mem::replace(whole, Texels::U8(Vec::new())),
-            Rows::Png(_) => self.memory(values),
+            Rows::Decoder(_) => self.memory(values),
         };
-        if let Rows::Png(decoder) = &mut self.rows {
+        if let Rows::Decoder(decoder) = &mut self.rows {
             while self.next_row < size.height && is_wanted(self.next_row) {
                 let end = size.height.min(self.next_row + ROWS);
                 let rows = self.next_row..end;
-                if let Err(error) = refused(Format::Png, || decoder.read(&mut texels, rows)) {
+                if let Err(error) = refused(self.header.format, || decoder.read(&mut texels, rows))
+                {
                     failure = Some((self.next_row, error));
                     break;
                 }
@@ -317,7 +334,7 @@ impl BandReader {
     }
 
     /// As [`BandDecoder::spec`].
-    pub const fn spec(&self) -> TextureSpec {
+    pub fn spec(&self) -> TextureSpec {
         self.decoder.spec()
     }
 

@@ -6,18 +6,19 @@ use std::path::{Path, PathBuf};
 
 use uvgraft::texture::{Depth, Size, Texels, Texture};
 
-use super::segments::Content;
+use super::codec::{Encode, EncodeWhole, RowEncoder};
 use super::{
     EncodeError, Format, MAX_ICC_BYTES, MAX_WHOLE_TEXELS, Segment, Segments, TextureSpec,
-    WriteError, WriteOptions, Written, exr, jpeg, png, tiff, webp,
+    WriteError, WriteOptions, Written,
 };
 use uvgraft_files::output::AtomicFile;
 
 /// An image encoded while bands of its rows arrive; the bytes do not depend on the heights of the
 /// bands.
 ///
-/// They need memory for a few rows, except for WebP, which is collected and encoded at the end.
+/// They need memory for a few rows, except for formats such as WebP, whose rows are collected and encoded at the end.
 pub struct BandEncoder<W: Write + Seek> {
+    format: Format,
     spec: TextureSpec,
     segments: Option<Segments>,
     rows_left: u32,
@@ -26,11 +27,8 @@ pub struct BandEncoder<W: Write + Seek> {
 }
 
 enum Rows {
-    Png(Box<png::RowEncoder>),
-    Jpeg(Box<jpeg::RowEncoder>),
-    Tiff(Box<tiff::RowEncoder>),
-    Exr(Box<exr::RowEncoder>),
-    WebP { texels: Texels, icc: Option<Vec<u8>> },
+    Encoder(Box<dyn RowEncoder>),
+    Collected { encode: EncodeWhole, texels: Texels, icc: Option<Vec<u8>>, options: WriteOptions },
 }
 
 impl<W: Write + Seek> BandEncoder<W> {
@@ -46,16 +44,9 @@ impl<W: Write + Seek> BandEncoder<W> {
         options: &WriteOptions,
     ) -> Result<Self, EncodeError> {
         let icc = check(format, &spec, icc)?;
-        let rows = match format {
-            Format::Png => Rows::Png(Box::new(png::RowEncoder::new(&spec, icc, options.compress)?)),
-            Format::Jpeg => {
-                Rows::Jpeg(Box::new(jpeg::RowEncoder::new(&spec, icc, options.quality())))
-            }
-            Format::Tiff => {
-                Rows::Tiff(Box::new(tiff::RowEncoder::new(&spec, icc, options.compress)))
-            }
-            Format::Exr => Rows::Exr(Box::new(exr::RowEncoder::new(&spec, icc, options)?)),
-            Format::WebP => {
+        let rows = match format.codec().encode {
+            Encode::Rows(start) => Rows::Encoder(start(&spec, icc, options)?),
+            Encode::Whole(encode) => {
                 let len = spec.values();
                 let memory = |error| EncodeError::encoder(format, error);
                 let texels = match spec.depth {
@@ -63,11 +54,11 @@ impl<W: Write + Seek> BandEncoder<W> {
                     Depth::U16 => Texels::U16(reserve(len).map_err(memory)?),
                     Depth::F32 => Texels::F32(reserve(len).map_err(memory)?),
                 };
-                Rows::WebP { texels, icc: icc.map(<[u8]>::to_vec) }
+                Rows::Collected { encode, texels, icc: icc.map(<[u8]>::to_vec), options: *options }
             }
         };
         let segments = Segments::new(format, spec, options);
-        Ok(Self { spec, segments, rows_left: spec.size.height, out, rows })
+        Ok(Self { format, spec, segments, rows_left: spec.size.height, out, rows })
     }
 
     /// Encodes the next rows: a texture as wide as the image, with its channels, depth and
@@ -90,11 +81,8 @@ impl<W: Write + Seek> BandEncoder<W> {
             return Err(EncodeError::Rows { found, wanted: wanted.size.height });
         }
         match &mut self.rows {
-            Rows::Png(encoder) => encoder.write(band.texels(), &mut self.out)?,
-            Rows::Jpeg(encoder) => encoder.write(band.texels(), &mut self.out)?,
-            Rows::Tiff(encoder) => encoder.write(band.texels(), &mut self.out)?,
-            Rows::Exr(encoder) => encoder.write(band.texels(), &mut self.out)?,
-            Rows::WebP { texels, .. } => match (texels, band.texels()) {
+            Rows::Encoder(encoder) => encoder.write(band.texels(), &mut self.out)?,
+            Rows::Collected { texels, .. } => match (texels, band.texels()) {
                 (Texels::U8(all), Texels::U8(values)) => all.extend_from_slice(values),
                 (Texels::U16(all), Texels::U16(values)) => all.extend_from_slice(values),
                 (Texels::F32(all), Texels::F32(values)) => all.extend_from_slice(values),
@@ -121,14 +109,9 @@ impl<W: Write + Seek> BandEncoder<W> {
             let (found, wanted) = (segment.first_row, next_row);
             return Err(EncodeError::Segment { found, wanted });
         }
-        match (&mut self.rows, &segment.content) {
-            (Rows::Png(encoder), Content::Png(segment)) => {
-                encoder.push_segment(segment, &mut self.out)?;
-            }
-            (Rows::Jpeg(encoder), Content::Jpeg(segment)) => {
-                encoder.push_segment(segment, &mut self.out)?;
-            }
-            _ => unreachable!("of the same image"),
+        match &mut self.rows {
+            Rows::Encoder(encoder) => encoder.push_segment(&*segment.content, &mut self.out)?,
+            Rows::Collected { .. } => unreachable!("encoded as a whole"),
         }
         self.rows_left -= segment.rows;
         Ok(())
@@ -139,20 +122,17 @@ impl<W: Write + Seek> BandEncoder<W> {
     /// # Errors
     /// [`EncodeError`] if rows are missing, or it cannot be written.
     pub fn finish(self) -> Result<(Written, W), EncodeError> {
-        let Self { spec, rows_left, mut out, rows, .. } = self;
+        let Self { format, spec, rows_left, mut out, rows, .. } = self;
         if rows_left > 0 {
             let wanted = spec.size.height;
             return Err(EncodeError::Rows { found: (wanted - rows_left).into(), wanted });
         }
         let losses = match rows {
-            Rows::Png(encoder) => encoder.finish(&mut out)?,
-            Rows::Jpeg(encoder) => encoder.finish(&mut out)?,
-            Rows::Tiff(encoder) => encoder.finish(&mut out)?,
-            Rows::Exr(encoder) => encoder.finish(&mut out)?,
-            Rows::WebP { texels, icc } => {
+            Rows::Encoder(encoder) => encoder.finish(&mut out)?,
+            Rows::Collected { encode, texels, icc, options } => {
                 let texture = Texture::new(spec.size, spec.channels, spec.encoding, texels)
-                    .map_err(|error| EncodeError::encoder(Format::WebP, error))?;
-                webp::encode(&texture, icc.as_deref(), &mut out)?
+                    .map_err(|error| EncodeError::encoder(format, error))?;
+                encode(&texture, icc.as_deref(), &options, &mut out)?
             }
         };
         Ok((Written { losses }, out))
@@ -170,12 +150,11 @@ fn reserve<T>(len: usize) -> Result<Vec<T>, TryReserveError> {
 /// # Errors
 /// [`EncodeError`] if it is too large.
 pub fn check_size(format: Format, size: Size) -> Result<(), EncodeError> {
-    let is_webp = format == Format::WebP;
-    let max = if is_webp { webp::MAX_SIDE } else { Texture::MAX_SIDE };
+    let max = format.codec().max_side;
     if size.width.max(size.height) > max {
         return Err(EncodeError::TooLarge { format, found: size, max });
     }
-    if is_webp && size.texels() as u64 > MAX_WHOLE_TEXELS {
+    if format.codec().is_encoded_whole() && size.texels() as u64 > MAX_WHOLE_TEXELS {
         return Err(EncodeError::TooManyTexels { format, found: size, max: MAX_WHOLE_TEXELS });
     }
     Ok(())
@@ -189,7 +168,7 @@ pub(super) fn check<'a>(
     icc: Option<&'a [u8]>,
 ) -> Result<Option<&'a [u8]>, EncodeError> {
     let TextureSpec { size, channels, .. } = *spec;
-    if format == Format::Jpeg && channels.has_alpha() {
+    if channels.has_alpha() && !format.codec().has_alpha {
         return Err(EncodeError::Alpha { format });
     }
     check_size(format, size)?;

@@ -8,20 +8,10 @@ use uvgraft::texture::{Channels, Depth, Texels, Value};
 
 use super::{Format, Loss, TextureSpec};
 
-/// What a format stores at each depth: files hardly specify it, so convention decides.
-///
-/// Float TIFF is linear like EXR, because painting programs interpret it so.
-pub(super) const fn encoding_of(format: Format, depth: Depth) -> Encoding {
-    match (format, depth) {
-        (Format::Exr, _) | (Format::Tiff, Depth::F32) => Encoding::Linear,
-        _ => Encoding::Srgb,
-    }
-}
-
 type Transfer = fn(f32) -> f32;
 
 /// The conversion of textures of one format to stored values of depth `T`.
-pub(super) struct Conversion<T> {
+pub struct Conversion<T> {
     channels: Channels,
     curve: TransferCurve<T>,
     losses: Vec<Loss>,
@@ -37,14 +27,14 @@ enum TransferCurve<T> {
 }
 
 impl<T: AtDepth> Conversion<T> {
-    /// Drops a profile that will no longer apply.
-    pub(super) fn new(spec: &TextureSpec, format: Format, icc: &mut Option<&[u8]>) -> Self {
+    /// A conversion to what a format stores at this depth. Drops a profile that will no longer apply.
+    pub fn new(spec: &TextureSpec, format: Format, icc: &mut Option<&[u8]>) -> Self {
         let (from, to) = (spec.depth, T::DEPTH);
         let mut losses = Vec::new();
         if to < from {
             losses.push(Loss::Precision { from, to });
         }
-        let transfer = match (spec.encoding, encoding_of(format, to)) {
+        let transfer = match (spec.encoding, format.codec().encoding(to)) {
             (Encoding::Linear, Encoding::Srgb) => Some(srgb_from_linear as Transfer),
             (Encoding::Srgb, Encoding::Linear) => Some(linear_from_srgb as Transfer),
             _ => None,
@@ -67,7 +57,7 @@ impl<T: AtDepth> Conversion<T> {
     }
 
     /// Converts a range of whole texels; borrowed if nothing changes.
-    pub(super) fn apply<'a>(&mut self, texels: &'a Texels, range: Range<usize>) -> Cow<'a, [T]> {
+    pub fn apply<'a>(&mut self, texels: &'a Texels, range: Range<usize>) -> Cow<'a, [T]> {
         if let (TransferCurve::Same, Some(values)) = (&self.curve, T::borrowed(texels)) {
             return Cow::Borrowed(&values[range]);
         }
@@ -112,7 +102,7 @@ impl<T: AtDepth> Conversion<T> {
     }
 
     /// The losses of the values converted so far.
-    pub(super) fn losses(self) -> Vec<Loss> {
+    pub fn losses(self) -> Vec<Loss> {
         let mut losses = self.losses;
         losses.extend(self.clamped.then_some(Loss::Range));
         losses
@@ -129,8 +119,10 @@ impl<T: Value> TransferCurve<T> {
 }
 
 /// A value type with its depth, and access to texels of that type.
-pub(super) trait AtDepth: Value {
+pub trait AtDepth: Value {
+    /// The depth.
     const DEPTH: Depth;
+    /// The values of texels of this depth; `None` for others.
     fn borrowed(texels: &Texels) -> Option<&[Self]>;
 }
 
@@ -217,6 +209,7 @@ fn map<S: Copy, T>(
 /// Premultiplies colours by alpha. Returns whether a colour was lost to an alpha of 0.
 ///
 /// - `keeps_light`: whether colours stay where alpha is 0.
+#[cfg(feature = "exr")]
 pub(super) fn premultiply(values: &mut [f32], channels: Channels, keeps_light: bool) -> bool {
     let mut lost = false;
     for texel in values.chunks_exact_mut(channels.count()) {
@@ -232,6 +225,7 @@ pub(super) fn premultiply(values: &mut [f32], channels: Channels, keeps_light: b
 
 /// Divides colours by alpha. Where alpha is 0 they are kept: such texels add light without
 /// coverage, and the original colour is unknown.
+#[cfg(any(feature = "exr", feature = "tiff"))]
 pub(super) fn unpremultiply<T: Value>(values: &mut [T], channels: Channels) {
     for texel in values.chunks_exact_mut(channels.count()) {
         if let Some((&mut alpha, colors)) = texel.split_last_mut()
@@ -269,7 +263,7 @@ mod tests {
             Encoding::Srgb,
             Texels::U16((0..32_768).map(|value| value * 2).collect()),
         );
-        let (even, losses) = stored::<u8>(&texture, Format::WebP);
+        let (even, losses) = stored::<u8>(&texture, Format::WEBP);
         for (value, found) in (0..65_536).step_by(2).zip(even) {
             assert_eq!(u32::from(found), (value * 255 + 32_767) / 65_535);
         }
@@ -280,7 +274,7 @@ mod tests {
     fn linear_light_is_encoded_clamped_and_alpha_left_alone() {
         let texels = Texels::F32(vec![0.215, 0.5, 2.0, 0.25, -1.0, f32::NAN]);
         let texture = texture(Channels::GreyAlpha, Encoding::Linear, texels);
-        let (values, losses) = stored::<u8>(&texture, Format::WebP);
+        let (values, losses) = stored::<u8>(&texture, Format::WEBP);
         assert_eq!(values, [128, 128, 255, 64, 0, 0]);
         let rounded = Loss::Precision { from: Depth::F32, to: Depth::U8 };
         assert_eq!(losses, [rounded, Loss::IccOutdated, Loss::Range]);
@@ -300,12 +294,14 @@ mod tests {
         assert_eq!(u8::from_unit(curve.at(f32::INFINITY)), 255);
     }
 
+    #[cfg(feature = "exr")]
     #[test]
     fn data_is_never_converted() {
         let texture = texture(Channels::Rgb, Encoding::Data, Texels::U8(vec![0, 51, 255]));
-        assert_eq!(stored::<f32>(&texture, Format::Exr), (vec![0.0, 0.2, 1.0], vec![]));
+        assert_eq!(stored::<f32>(&texture, Format::EXR), (vec![0.0, 0.2, 1.0], vec![]));
     }
 
+    #[cfg(feature = "exr")]
     #[test]
     fn premultiplying_is_undone_except_under_full_transparency() {
         let mut values = [0.5, 0.25, 1.0, 0.0, 3.0, 1.0];

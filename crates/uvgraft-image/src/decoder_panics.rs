@@ -33,12 +33,12 @@ mod tests {
 
     #[test]
     fn a_panic_is_an_error_of_its_file() {
-        let wanted = "unsupported or damaged EXR: its decoder gave up (of 3 tiles)";
+        let wanted = "unsupported or damaged JPEG: its decoder gave up (of 3 tiles)";
         let tiles = 3;
-        let error = refused::<()>(Format::Exr, || panic!("of {tiles} tiles")).unwrap_err();
+        let error = refused::<()>(Format::JPEG, || panic!("of {tiles} tiles")).unwrap_err();
         assert_eq!(error.to_string(), wanted);
-        let error = refused::<()>(Format::Exr, || panic!("of 3 tiles")).unwrap_err();
+        let error = refused::<()>(Format::JPEG, || panic!("of 3 tiles")).unwrap_err();
         assert_eq!(error.to_string(), wanted);
-        assert_eq!(refused(Format::Exr, || Ok(7)).unwrap(), 7);
+        assert_eq!(refused(Format::JPEG, || Ok(7)).unwrap(), 7);
     }
 }

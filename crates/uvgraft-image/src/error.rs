@@ -13,10 +13,12 @@ use uvgraft_files::input::beginning;
 #[non_exhaustive]
 pub enum ImageError {
     /// The bytes match the signature of no format.
-    #[error("not a supported image ({names}): {}", beginning(start), names = Format::names())]
+    #[error("not a supported image ({wanted}): {}", beginning(start))]
     NotAnImage {
         /// The first bytes, at most 8.
         start: Vec<u8>,
+        /// The formats that are supported.
+        wanted: String,
     },
     /// A side is longer than a texture may be. Checked before anything is allocated.
     #[error(
@@ -102,12 +104,13 @@ pub enum ImageError {
 }
 
 impl ImageError {
-    pub(super) fn damaged(format: Format, reason: impl std::fmt::Display) -> Self {
+    /// [`ImageError::Damaged`], with a reason of any kind.
+    pub fn damaged(format: Format, reason: impl std::fmt::Display) -> Self {
         Self::Damaged { format, reason: reason.to_string() }
     }
 
     /// Reading from memory fails only at its end, so every such failure means truncation.
-    pub(super) fn from_io(format: Format, error: &io::Error) -> Self {
+    pub fn from_io(format: Format, error: &io::Error) -> Self {
         match error.kind() {
             io::ErrorKind::UnexpectedEof => Self::Truncated { format },
             _ => Self::damaged(format, error),
@@ -124,8 +127,8 @@ pub type ReadError = uvgraft_files::input::ReadError<ImageError>;
 pub enum EncodeError {
     /// The texture has an alpha channel, which the format does not support.
     #[error(
-        "{format} does not support transparency; use PNG, WebP, TIFF or EXR, or remove the alpha \
-         channel"
+        "{format} does not support transparency; use {}, or remove the alpha channel",
+        Format::names_of(|format| format.has_alpha, "or")
     )]
     Alpha {
         /// The requested format.
@@ -142,7 +145,10 @@ pub enum EncodeError {
         max: u32,
     },
     /// The texture has more texels than the format can be encoded with at once.
-    #[error("{format} must have at most {max} texels, got {found}; use PNG, JPEG, TIFF or EXR")]
+    #[error(
+        "{format} must have at most {max} texels, got {found}; use {}",
+        Format::names_of(|format| !format.is_encoded_whole(), "or")
+    )]
     TooManyTexels {
         /// The requested format.
         format: Format,
@@ -197,7 +203,8 @@ pub enum EncodeError {
 }
 
 impl EncodeError {
-    pub(super) fn encoder(format: Format, reason: impl std::fmt::Display) -> Self {
+    /// [`EncodeError::Encoder`], with a reason of any kind.
+    pub fn encoder(format: Format, reason: impl std::fmt::Display) -> Self {
         Self::Encoder { format, reason: reason.to_string() }
     }
 }
@@ -250,7 +257,10 @@ pub enum Loss {
     /// Values below 0.0, above 1.0 or NaN were clamped.
     Range,
     /// Texels with alpha 0 lost their colour, because the file stores premultiplied colours.
-    HiddenColor,
+    HiddenColor {
+        /// The format that was written.
+        format: Format,
+    },
 }
 
 impl std::fmt::Display for Loss {
@@ -271,8 +281,9 @@ impl std::fmt::Display for Loss {
                 write!(f, "values rounded from {} to {}", depth(from), depth(to))
             }
             Self::Range => f.write_str("values clamped to 0.0 to 1.0"),
-            Self::HiddenColor => f.write_str(
-                "colours of fully transparent texels dropped: EXR stores premultiplied colours",
+            Self::HiddenColor { format } => write!(
+                f,
+                "colours of fully transparent texels dropped: {format} stores premultiplied colours"
             ),
         }
     }

@@ -110,7 +110,7 @@ pub(super) fn of_orientation(tag: u16) -> Vec<u8> {
 
 /// What a camera says about its focal length.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
-pub(super) struct FocalLength {
+pub struct FocalLength {
     /// On film of 35 mm, in millimetres, with the same diagonal field of view.
     film_mm: Option<f64>,
     /// The actual one, in millimetres.
@@ -124,7 +124,8 @@ pub(super) struct FocalLength {
 }
 
 impl FocalLength {
-    pub(super) fn from_exif(exif: &[u8]) -> Self {
+    /// That of an EXIF block, with or without the prefix `Exif\0\0`. What is malformed is ignored.
+    pub fn from_exif(exif: &[u8]) -> Self {
         let directory = || {
             let block = Block::new(exif)?;
             let entry = block.find(block.first_directory()?, EXIF_DIRECTORY)?;

@@ -1,7 +1,8 @@
 //! Headers of images, and the limits checked before decoding.
 
 use uvgraft::color::Encoding;
-use uvgraft::texture::{Channels, Depth, Size, TexelFormat, Texture};
+use uvgraft::listing::listed;
+use uvgraft::texture::{Channels, Depth, Size, TexelFormat, Texels, Texture};
 
 use super::exif::FocalLength;
 use super::orientation::Orientation;
@@ -19,7 +20,7 @@ pub const MAX_UNBACKED_BYTES: u64 = 256 << 20;
 /// See [`MAX_UNBACKED_BYTES`].
 pub const MAX_RATIO: u64 = 200;
 
-/// Maximum number of texels of an image that is encoded at once, which only WebP is: 8,192 × 8,192.
+/// Maximum number of texels of an image that is encoded at once, as WebP is: 8,192 × 8,192.
 pub const MAX_WHOLE_TEXELS: u64 = 1 << 26;
 
 /// Maximum size of an ICC profile. Just below the capacity of a JPEG's 255 segments; profiles of
@@ -93,17 +94,52 @@ impl std::fmt::Display for TextureSpec {
 /// A header with details needed for decoding. The size is as stored, before applying the
 /// orientation.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct StoredHeader {
-    pub(super) size: Size,
-    pub(super) channels: Channels,
-    pub(super) depth: Depth,
-    pub(super) orientation: Orientation,
-    pub(super) focal: FocalLength,
+pub struct StoredHeader {
+    /// The size, as stored.
+    pub size: Size,
+    /// The channels of the texture.
+    pub channels: Channels,
+    /// The depth of the texture.
+    pub depth: Depth,
+    /// How the image is turned upright.
+    pub orientation: Orientation,
+    /// What the camera says about its focal length.
+    pub focal: FocalLength,
     /// Memory that decoding takes at most, beside the texels as stored and the file.
-    pub(super) scratch_bytes: u64,
+    pub scratch_bytes: u64,
+}
+
+/// The result of a decoder: texels as stored, and their orientation.
+pub struct Decoded {
+    /// The header; its size is that of the texels.
+    pub header: StoredHeader,
+    /// The texels, as stored.
+    pub texels: Texels,
+    /// The ICC profile.
+    pub icc: Option<Vec<u8>>,
+}
+
+impl Decoded {
+    /// Upright texels and the profile, both checked.
+    pub(super) fn upright(self, format: Format) -> Result<(Texels, Option<Vec<u8>>), ImageError> {
+        let Self { header, texels, icc } = self;
+        let icc = check_icc(icc)?;
+        if texels.len() != header.values() {
+            let (found, wanted) = (texels.len(), header.values());
+            let reason = format_args!("must decode to {wanted} values, got {found}");
+            return Err(ImageError::damaged(format, reason));
+        }
+        Ok((header.orientation.apply(texels, header.size, header.channels), icc))
+    }
 }
 
 impl StoredHeader {
+    /// Of an upright image that is decoded without further memory.
+    pub fn new(size: Size, channels: Channels, depth: Depth) -> Self {
+        let (orientation, focal) = (Orientation::default(), FocalLength::default());
+        Self { size, channels, depth, orientation, focal, scratch_bytes: 0 }
+    }
+
     /// The public part.
     pub(super) fn public(&self, format: Format) -> Header {
         let Self { size, channels, depth, orientation, .. } = *self;
@@ -119,12 +155,12 @@ impl StoredHeader {
     }
 
     /// Number of values in a stored row.
-    pub(super) fn row_values(&self) -> usize {
+    pub fn row_values(&self) -> usize {
         self.size.width as usize * self.channels.count()
     }
 
     /// Number of values in the decoded image.
-    pub(super) fn values(&self) -> usize {
+    pub fn values(&self) -> usize {
         self.size.texels() * self.channels.count()
     }
 }
@@ -141,14 +177,20 @@ pub(super) fn check_backed(header: &Header, file: u64) -> Result<(), ImageError>
     Ok(())
 }
 
-/// The format of the content, or an error that shows its first bytes.
-pub(super) fn detect(bytes: &[u8]) -> Result<Format, ImageError> {
-    Format::detect(bytes)
-        .ok_or_else(|| ImageError::NotAnImage { start: bytes[..bytes.len().min(8)].to_vec() })
+/// The format of the content among those given, or an error that shows its first bytes.
+pub(super) fn detect(formats: &[Format], bytes: &[u8]) -> Result<Format, ImageError> {
+    let found = formats.iter().copied().find(|format| (format.codec().is_start)(bytes));
+    found.ok_or_else(|| ImageError::NotAnImage {
+        start: bytes[..bytes.len().min(8)].to_vec(),
+        wanted: listed(formats),
+    })
 }
 
 /// Checks the size of a texture whose `depth` and `channels` must fit into [`MAX_BYTES`].
-pub(super) fn check_size(
+///
+/// # Errors
+/// [`ImageError`] if it is empty or too large.
+pub fn check_size(
     format: Format,
     (width, height): (u64, u64),
     channels: Channels,

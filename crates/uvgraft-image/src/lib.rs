@@ -25,18 +25,24 @@
 //! With the feature `threads` (default) PNGs are compressed on the caller's rayon pool, as
 //! described in [`uvgraft::threads`]; the bytes are the same without it.
 //!
+//! TIFF, EXR and animations are features (`tiff`, `exr`, `animation`; all default): without them their files are
+//! refused as those of any unknown format are.
+//!
 //! [`Encoding::Data`]: uvgraft::color::Encoding::Data
 
 #![forbid(unsafe_code)]
 
+#[cfg(feature = "animation")]
 pub mod animation;
 mod band_reader;
 mod band_writer;
+pub mod codec;
 mod color_space;
 mod convert;
 mod decoder_panics;
 mod error;
 mod exif;
+#[cfg(feature = "exr")]
 mod exr;
 mod format;
 mod header;
@@ -46,18 +52,20 @@ mod orientation;
 mod png;
 mod segments;
 mod stripped;
+#[cfg(feature = "tiff")]
 mod tiff;
 mod webp;
 mod xmp;
 
 use std::borrow::Cow;
-use std::io::{BufRead, BufReader, Cursor, Seek, SeekFrom, Write};
+use std::io::{BufReader, Cursor, Seek, SeekFrom, Write};
 use std::path::Path;
 
-use uvgraft::texture::{Size, Texels, Texture};
+use uvgraft::texture::{Size, Texture};
 
 pub use self::band_reader::{BandDecoder, BandReader};
 pub use self::band_writer::{BandEncoder, BandWriter, check_size};
+use self::codec::{Codec, Encode, Source};
 pub use self::color_space::DeclaredSpace;
 pub use self::error::{EncodeError, ImageError, Loss, ReadError, WriteError};
 pub use self::format::Format;
@@ -114,7 +122,7 @@ impl From<Image> for Cow<'_, Texture> {
 }
 
 /// Encoding options.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default)]
 #[non_exhaustive]
 pub struct WriteOptions {
     /// Whether to spend seconds on smaller files instead of fractions of a second: PNG, TIFF and
@@ -146,8 +154,8 @@ impl WriteOptions {
         Self { keeps_light, ..self }
     }
 
-    /// The quality of a JPEG.
-    pub(crate) fn quality(&self) -> u8 {
+    /// The quality of a JPEG, or of another lossy format.
+    pub fn quality(&self) -> u8 {
         self.jpeg_quality.unwrap_or(95)
     }
 
@@ -156,10 +164,10 @@ impl WriteOptions {
     /// # Errors
     /// What the first option that means nothing is for: `jpeg_quality` or `compress`.
     pub fn check(&self, formats: &[Format]) -> Result<(), Unused> {
-        let any = |is: fn(Format) -> bool| formats.iter().copied().any(is);
-        if self.jpeg_quality.is_some() && !any(|format| format == Format::Jpeg) {
+        let any = |is: fn(&Codec) -> bool| formats.iter().any(|format| is(format.codec()));
+        if self.jpeg_quality.is_some() && !any(|format| format.is_lossy) {
             Err(Unused::Quality)
-        } else if self.compress && !any(|format| !matches!(format, Format::Jpeg | Format::WebP)) {
+        } else if self.compress && !any(|format| format.compresses) {
             Err(Unused::Compress)
         } else {
             Ok(())
@@ -171,10 +179,10 @@ impl WriteOptions {
 #[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]
 pub enum Unused {
     /// [`WriteOptions::jpeg_quality`] without a JPEG.
-    #[error("`quality` is for JPEG files only")]
+    #[error("`quality` is for {} files only", Format::names_of(|format| format.is_lossy, "and"))]
     Quality,
     /// [`WriteOptions::compress`] for JPEG and WebP files alone.
-    #[error("`compress` is for PNG, TIFF and EXR files only")]
+    #[error("`compress` is for {} files only", Format::names_of(|format| format.compresses, "and"))]
     Compress,
 }
 
@@ -184,13 +192,6 @@ pub enum Unused {
 pub struct Written {
     /// What the file does not preserve. The lossy compression of JPEG itself is not listed.
     pub losses: Vec<Loss>,
-}
-
-/// The result of a decoder: texels as stored, and their orientation.
-struct Decoded {
-    header: StoredHeader,
-    texels: Texels,
-    icc: Option<Vec<u8>>,
 }
 
 /// Decodes an image in any of the formats.
@@ -214,35 +215,6 @@ pub fn decode(bytes: &[u8]) -> Result<Image, ImageError> {
 pub fn decode_with(bytes: &[u8], space: DeclaredSpace) -> Result<Image, ImageError> {
     let mut bands = BandDecoder::with(bytes, space)?;
     Ok(Image { texture: bands.rest()?, icc: bands.take_icc() })
-}
-
-/// Decodes an image of any format except PNG, which is decoded in rows.
-fn decode_stored(
-    format: Format,
-    bytes: &[u8],
-    space: DeclaredSpace,
-) -> Result<Decoded, ImageError> {
-    decoder_panics::refused(format, || match format {
-        Format::Png => unreachable!("decoded in rows"),
-        Format::Jpeg => jpeg::decode(bytes),
-        Format::WebP => webp::decode(bytes),
-        Format::Tiff => tiff::decode(bytes),
-        Format::Exr => exr::decode(bytes, space),
-    })
-}
-
-impl Decoded {
-    /// Upright texels and the profile, both checked.
-    fn upright(self, format: Format) -> Result<(Texels, Option<Vec<u8>>), ImageError> {
-        let Self { header, texels, icc } = self;
-        let icc = header::check_icc(icc)?;
-        if texels.len() != header.values() {
-            let (found, wanted) = (texels.len(), header.values());
-            let reason = format_args!("must decode to {wanted} values, got {found}");
-            return Err(ImageError::damaged(format, reason));
-        }
-        Ok((header.orientation.apply(texels, header.size, header.channels), icc))
-    }
 }
 
 /// Reads and decodes an image.
@@ -273,7 +245,7 @@ pub fn read_header(input: impl Into<Input>) -> Result<Header, ReadError> {
     let input = input.into();
     let header = match &input {
         Input::File(path) => match input::open(path) {
-            Ok((file, _)) => header_of(&mut BufReader::new(file)),
+            Ok((file, _)) => camera_header_of(&mut BufReader::new(file)).map(|(header, _)| header),
             Err(reason) => return Err(ReadError::Io { path: path.clone(), reason }),
         },
         Input::Bytes { bytes, .. } => decode_header(bytes),
@@ -286,7 +258,7 @@ pub fn read_header(input: impl Into<Input>) -> Result<Header, ReadError> {
 /// # Errors
 /// [`ImageError`] if the header is one that [`decode`] rejects.
 pub fn decode_header(bytes: &[u8]) -> Result<Header, ImageError> {
-    header_of(&mut Cursor::new(bytes))
+    camera_header_of(&mut Cursor::new(bytes)).map(|(header, _)| header)
 }
 
 /// The focal length of a photo's camera in pixels of the upright image, by its EXIF data; `None` if
@@ -304,49 +276,33 @@ pub fn decode_focal_length_px(bytes: &[u8]) -> Result<Option<f64>, ImageError> {
 }
 
 /// The header, and what the camera says about its focal length, in pixels.
-fn camera_header_of(
-    reader: &mut (impl BufRead + Seek),
-) -> Result<(Header, Option<f64>), ImageError> {
-    let (format, stored) = stored_header_of(reader)?;
-    let focal = if format == Format::Tiff {
-        reader.rewind().map_err(|error| ImageError::damaged(format, error))?;
-        tiff::focal_length(reader)
-    } else {
-        stored.focal
-    };
+fn camera_header_of(reader: &mut dyn Source) -> Result<(Header, Option<f64>), ImageError> {
+    let (format, stored) = stored_header_of(Format::ALL, reader)?;
     let header = stored.public(format);
-    Ok((header, focal.pixels(header.size)))
+    Ok((header, stored.focal.pixels(header.size)))
 }
 
 /// Reads the header from `reader`, and rejects images that are too large.
-fn header_of(reader: &mut (impl BufRead + Seek)) -> Result<Header, ImageError> {
-    let (format, stored) = stored_header_of(reader)?;
-    Ok(stored.public(format))
-}
-
 fn stored_header_of(
-    reader: &mut (impl BufRead + Seek),
+    formats: &[Format],
+    reader: &mut dyn Source,
 ) -> Result<(Format, StoredHeader), ImageError> {
-    let mut start = Vec::with_capacity(12);
-    let io = |error: &_| ImageError::damaged(Format::Png, error);
-    while start.len() < 12 {
-        let available = reader.fill_buf().map_err(|error| io(&error))?;
-        let taken = available.len().min(12 - start.len());
+    /// Enough to detect any format.
+    const START: usize = 12;
+    let mut start = Vec::with_capacity(START);
+    let io = |error| ImageError::damaged(Format::PNG, error);
+    while start.len() < START {
+        let available = reader.fill_buf().map_err(io)?;
+        let taken = available.len().min(START - start.len());
         if taken == 0 {
             break;
         }
         start.extend_from_slice(&available[..taken]);
         reader.consume(taken);
     }
-    reader.seek(SeekFrom::Start(0)).map_err(|error| io(&error))?;
-    let format = header::detect(&start)?;
-    let stored = decoder_panics::refused(format, || match format {
-        Format::Png => png::header(reader),
-        Format::Jpeg => jpeg::header(reader),
-        Format::WebP => webp::header(reader),
-        Format::Tiff => tiff::header(reader),
-        Format::Exr => exr::header(reader),
-    })?;
+    reader.seek(SeekFrom::Start(0)).map_err(io)?;
+    let format = header::detect(formats, &start)?;
+    let stored = decoder_panics::refused(format, || (format.codec().header)(reader))?;
     Ok((format, stored))
 }
 
@@ -362,9 +318,9 @@ pub fn encode(
 ) -> Result<Written, EncodeError> {
     let Image { texture, icc } = image;
     let (spec, icc) = (TextureSpec::from(texture), icc.as_deref());
-    if format == Format::WebP {
+    if let Encode::Whole(encode) = format.codec().encode {
         let icc = band_writer::check(format, &spec, icc)?;
-        return Ok(Written { losses: webp::encode(texture, icc, out)? });
+        return Ok(Written { losses: encode(texture, icc, options, out)? });
     }
     let mut encoder = BandEncoder::new(out, format, spec, icc, options)?;
     encoder.push(texture)?;

@@ -5,6 +5,7 @@ use std::io::{self, BufRead, BufReader, Cursor, Seek};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
+use super::codec::Decode;
 use super::{
     BandDecoder, BandReader, DeclaredSpace, Format, Header, Image, ImageError, MAX_FILE_BYTES,
     ReadError, camera_header_of,
@@ -114,34 +115,28 @@ impl Content {
         }
     }
 
-    /// Reads everything before the texels of a PNG, and all of any other image.
+    /// Reads everything before the texels if they are decoded in rows, and all of any other image.
     pub(super) fn into_decoder(
         self,
         space: DeclaredSpace,
     ) -> io::Result<Result<BandDecoder<'static>, ImageError>> {
-        let is_png = |bytes: &[u8]| Format::detect(bytes) == Some(Format::Png);
-        Ok(match self {
+        match self {
             Self::File { mut file, length } => {
                 file.rewind()?;
-                if is_png(file.fill_buf()?) {
-                    BandDecoder::png(Box::new(file), length, space)
-                } else {
-                    // Without the copy through the buffer.
-                    let mut file = file.into_inner();
-                    file.rewind()?;
-                    BandDecoder::whole(&input::read_rest(file, length, MAX_FILE_BYTES)?, space)
+                if let Some(format) = Format::detect(file.fill_buf()?)
+                    && let Decode::Rows(open) = format.codec().decode
+                {
+                    let source = Box::new(file);
+                    return Ok(BandDecoder::in_rows(format, open, source, length, space));
                 }
+                // Without the copy through the buffer.
+                let mut file = file.into_inner();
+                file.rewind()?;
+                let bytes = input::read_rest(file, length, MAX_FILE_BYTES)?;
+                Ok(BandDecoder::of(Format::ALL, bytes, space))
             }
-            Self::Read(bytes) if is_png(&bytes) => {
-                let length = bytes.len() as u64;
-                BandDecoder::png(Box::new(Cursor::new(bytes)), length, space)
-            }
-            Self::Read(bytes) => BandDecoder::whole(&bytes, space),
-            Self::Bytes(bytes) if is_png(&bytes) => {
-                let length = bytes.len() as u64;
-                BandDecoder::png(Box::new(Cursor::new(bytes)), length, space)
-            }
-            Self::Bytes(bytes) => BandDecoder::whole(&bytes, space),
-        })
+            Self::Read(bytes) => Ok(BandDecoder::of(Format::ALL, bytes, space)),
+            Self::Bytes(bytes) => Ok(BandDecoder::of(Format::ALL, bytes, space)),
+        }
     }
 }

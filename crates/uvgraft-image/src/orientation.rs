@@ -6,7 +6,7 @@ use super::{exif, xmp};
 
 /// A rotation or reflection: a transposition, followed by flips.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
-pub(super) struct Orientation {
+pub struct Orientation {
     transposed: bool,
     flipped_x: bool,
     flipped_y: bool,
@@ -17,7 +17,7 @@ impl Orientation {
     ///
     /// # Source
     /// TIFF 6.0, section 8, "Orientation".
-    pub(super) fn from_tag(value: u64) -> Self {
+    pub fn from_tag(value: u64) -> Self {
         let (transposed, flipped_x, flipped_y) = match value {
             2 => (false, true, false),
             3 => (false, true, true),
@@ -35,7 +35,7 @@ impl Orientation {
     /// image itself may still be fine.
     ///
     /// - `exif`: with or without the prefix `Exif\0\0`.
-    pub(super) fn from_blocks(exif: &[u8], xmp: &[u8]) -> Self {
+    pub fn from_blocks(exif: &[u8], xmp: &[u8]) -> Self {
         let tag = exif::orientation(exif).or_else(|| xmp::orientation(xmp));
         Self::from_tag(tag.unwrap_or(1))
     }

@@ -2,7 +2,8 @@
 
 use uvgraft::texture::Texture;
 
-use super::{EncodeError, Format, TextureSpec, WriteOptions, jpeg, png};
+use super::codec::{EncodedRows, SegmentCodec};
+use super::{EncodeError, Format, TextureSpec, WriteOptions};
 
 /// How an image is divided into segments.
 ///
@@ -11,14 +12,11 @@ use super::{EncodeError, Format, TextureSpec, WriteOptions, jpeg, png};
 /// segments of equal rows.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub struct Segments {
+    format: Format,
     spec: TextureSpec,
-    method: Method,
-}
-
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
-enum Method {
-    Png,
-    Jpeg { quality: u8 },
+    /// Those that make a difference to the segments.
+    options: WriteOptions,
+    rows: u32,
 }
 
 /// Encoded rows of an image.
@@ -28,35 +26,26 @@ pub struct Segment {
     pub(super) of: Segments,
     pub(super) first_row: u32,
     pub(super) rows: u32,
-    pub(super) content: Content,
-}
-
-#[derive(Debug)]
-pub(super) enum Content {
-    Png(png::Segment),
-    Jpeg(jpeg::Segment),
+    pub(super) content: Box<dyn EncodedRows>,
 }
 
 impl Segments {
     /// The segments of an image: of a JPEG, or of a PNG that need not be small. `None` if it is
     /// encoded as a whole.
     pub fn new(format: Format, spec: TextureSpec, options: &WriteOptions) -> Option<Self> {
-        let method = match format {
-            Format::Png if !options.compress => Method::Png,
-            Format::Jpeg if !spec.channels.has_alpha() => {
-                Method::Jpeg { quality: options.quality() }
-            }
-            _ => return None,
+        let codec = format.codec();
+        let options = WriteOptions {
+            compress: options.compress && codec.compresses,
+            jpeg_quality: codec.is_lossy.then(|| options.quality()),
+            keeps_light: options.keeps_light && codec.is_premultiplied,
         };
-        (spec.size.texels() > 0).then_some(Self { spec, method })
+        let rows = (codec.segments?.rows)(&spec, &options)?;
+        (spec.size.texels() > 0).then_some(Self { format, spec, options, rows })
     }
 
     /// Number of rows in each segment except for the last, which may have fewer.
     pub fn rows(&self) -> u32 {
-        match self.method {
-            Method::Png => png::rows_in_segment(&self.spec),
-            Method::Jpeg { .. } => jpeg::ROWS_IN_SEGMENT,
-        }
+        self.rows
     }
 
     /// Encodes a segment.
@@ -66,20 +55,17 @@ impl Segments {
     /// # Errors
     /// [`EncodeError`] if the rows are not those of such a segment.
     pub fn encode(&self, index: u32, rows: &Texture) -> Result<Segment, EncodeError> {
-        let first_row = index.saturating_mul(self.rows());
+        let first_row = index.saturating_mul(self.rows);
         let mut wanted = self.spec;
-        wanted.size.height = self.spec.size.height.saturating_sub(first_row).min(self.rows());
+        wanted.size.height = self.spec.size.height.saturating_sub(first_row).min(self.rows);
         let found = TextureSpec::from(rows);
         if found != wanted || wanted.size.height == 0 {
             return Err(EncodeError::Band { found, wanted });
         }
-        let (spec, texels) = (&self.spec, rows.texels());
-        let content = match self.method {
-            Method::Png => Content::Png(png::Segment::new(spec, texels, index == 0)),
-            Method::Jpeg { quality } => {
-                Content::Jpeg(jpeg::Segment::new(spec, quality, first_row, texels))
-            }
+        let Some(SegmentCodec { encode, .. }) = self.format.codec().segments else {
+            unreachable!("made for a format with segments")
         };
+        let content = encode(&self.spec, &self.options, first_row, rows.texels());
         Ok(Segment { of: *self, first_row, rows: wanted.size.height, content })
     }
 }
@@ -87,9 +73,6 @@ impl Segments {
 impl Segment {
     /// Bytes that it occupies in memory.
     pub fn bytes(&self) -> usize {
-        match &self.content {
-            Content::Png(segment) => segment.bytes(),
-            Content::Jpeg(segment) => segment.bytes(),
-        }
+        self.content.bytes()
     }
 }

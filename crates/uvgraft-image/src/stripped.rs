@@ -6,24 +6,19 @@
 use std::io::Cursor;
 
 use super::orientation::Orientation;
-use super::{Format, jpeg, png, stored_header_of, webp};
+use super::{Format, stored_header_of};
 
-/// A PNG, JPEG or WebP file with nothing but its picture: texels, colour space, animation and, as the one
+/// A file, such as a PNG, JPEG or WebP file, with nothing but its picture: texels, colour space, animation and, as the one
 /// tag of an EXIF block, which side is up.
 ///
 /// `None` for other formats, and for files whose parts don't follow each other as they must.
 pub fn without_metadata(bytes: &[u8]) -> Option<Vec<u8>> {
-    let format = Format::detect(bytes)?;
+    let strip = Format::detect(bytes)?.codec().without_metadata?;
     // What browsers can show though this program can't is taken to be upright.
-    let orientation = stored_header_of(&mut Cursor::new(bytes))
+    let orientation = stored_header_of(Format::ALL, &mut Cursor::new(bytes))
         .map_or_else(|_| Orientation::default(), |(_, stored)| stored.orientation);
     let exif = orientation.exif();
-    match format {
-        Format::Png => png::stripped(bytes, exif.as_deref()),
-        Format::Jpeg => jpeg::stripped(bytes, exif.as_deref()),
-        Format::WebP => webp::stripped(bytes, exif.as_deref()),
-        Format::Tiff | Format::Exr => None,
-    }
+    strip(bytes, exif.as_deref())
 }
 
 #[cfg(test)]
@@ -71,7 +66,7 @@ mod tests {
 
     /// Files in which every place that takes metadata has some.
     fn talkative() -> [(Format, Vec<u8>); 3] {
-        let jpeg = picture(Format::Jpeg);
+        let jpeg = picture(Format::JPEG);
         let of = |marker, start: &[u8]| segment(marker, &[start, SECRET].concat());
         let mut jpeg = [
             &jpeg[..2],
@@ -89,7 +84,7 @@ mod tests {
         jpeg.splice(end..end, of(0xfe, b""));
         jpeg.extend(SECRET);
 
-        let png = picture(Format::Png);
+        let png = picture(Format::PNG);
         let header = 8 + 25;
         let png = [
             &png[..header],
@@ -104,7 +99,7 @@ mod tests {
         ]
         .concat();
 
-        let webp = picture(Format::WebP);
+        let webp = picture(Format::WEBP);
         let chunks = [
             b"WEBP",
             &webp[12..],
@@ -118,7 +113,7 @@ mod tests {
         assert_eq!(&webp[12..16], b"VP8X");
         webp[20] |= 0b1100;
         webp.extend(SECRET);
-        [(Format::Jpeg, jpeg), (Format::Png, png), (Format::WebP, webp)]
+        [(Format::JPEG, jpeg), (Format::PNG, png), (Format::WEBP, webp)]
     }
 
     fn tells(bytes: &[u8]) -> bool {

@@ -1,25 +1,48 @@
 //! WebP, through the `image-webp` crate.
 
-use std::io::{BufRead, Cursor, Read, Seek, Write};
+use std::io::{BufRead, Cursor, Read, Seek};
 
 use image_webp::{ColorType, DecodingError, EncodingError, WebPDecoder, WebPEncoder};
+use uvgraft::color::Encoding;
 use uvgraft::texture::{Channels, Depth, Size, Texels, Texture};
 
+use super::codec::{Codec, Decode, Decoded, Encode, Sink};
 use super::convert::Conversion;
 use super::exif::FocalLength;
 use super::header::{MAX_ICC_BYTES, StoredHeader, check_size};
 use super::orientation::Orientation;
-use super::{Decoded, EncodeError, Format, ImageError, Loss, TextureSpec};
+use super::{EncodeError, Format, ImageError, Loss, TextureSpec};
 
-const FORMAT: Format = Format::WebP;
+impl Format {
+    /// 8 bits, alpha, ICC profile; written lossless. At most 16,383 texels a side.
+    pub const WEBP: Self = Self::new(&CODEC);
+}
+
+const FORMAT: Format = Format::WEBP;
+
+static CODEC: Codec = Codec {
+    name: "WebP",
+    extensions: &["webp"],
+    media_type: "image/webp",
+    is_start: |bytes| {
+        matches!(bytes, [b'R', b'I', b'F', b'F', _, _, _, _, b'W', b'E', b'B', b'P', ..])
+    },
+    depths: &[(Depth::U8, Encoding::Srgb)],
+    has_alpha: true,
+    is_premultiplied: false,
+    is_lossy: false,
+    compresses: false,
+    max_side: MAX_SIDE,
+    header: |reader| Ok(open(reader)?.1),
+    decode: Decode::Whole(|bytes, _| decode(bytes)),
+    encode: Encode::Whole(|texture, icc, _, out| encode(texture, icc, out)),
+    segments: None,
+    without_metadata: Some(stripped),
+};
 
 /// Sides have 14 bits. The lossless bitstream stores them minus 1 and could represent one texel
 /// more, but readers, including the crate's own, interpret that as 0.
-pub(super) const MAX_SIDE: u32 = (1 << 14) - 1;
-
-pub(super) fn header(reader: &mut (impl BufRead + Seek)) -> Result<StoredHeader, ImageError> {
-    Ok(open(reader)?.1)
-}
+const MAX_SIDE: u32 = (1 << 14) - 1;
 
 fn open<R: BufRead + Seek>(mut reader: R) -> Result<(WebPDecoder<R>, StoredHeader), ImageError> {
     check_canvas(&mut reader)?;
@@ -110,7 +133,7 @@ fn check_frames(mut rest: &[u8], canvas: Size, is_frame: bool) -> Result<(), Ima
     Ok(())
 }
 
-pub(super) fn decode(bytes: &[u8]) -> Result<Decoded, ImageError> {
+fn decode(bytes: &[u8]) -> Result<Decoded, ImageError> {
     if let Some(length) = bytes.get(4..).and_then(|rest| rest.first_chunk())
         && (bytes.len() as u64) < u64::from(u32::from_le_bytes(*length)) + 8
     {
@@ -130,7 +153,7 @@ pub(super) fn decode(bytes: &[u8]) -> Result<Decoded, ImageError> {
 /// See [`without_metadata`](super::without_metadata).
 ///
 /// - `exif`: a block to write instead of the file's.
-pub(super) fn stripped(bytes: &[u8], exif: Option<&[u8]>) -> Option<Vec<u8>> {
+fn stripped(bytes: &[u8], exif: Option<&[u8]>) -> Option<Vec<u8>> {
     /// The bits of the extended header that say that there is EXIF, and XMP.
     const HAS_EXIF: u8 = 0x08;
     const HAS_XMP: u8 = 0x04;
@@ -183,10 +206,10 @@ fn from_webp(error: DecodingError) -> ImageError {
 }
 
 /// Encodes a texture that was checked, and returns the losses.
-pub(super) fn encode(
+fn encode(
     texture: &Texture,
     mut icc: Option<&[u8]>,
-    out: &mut impl Write,
+    out: &mut dyn Sink,
 ) -> Result<Vec<Loss>, EncodeError> {
     let mut conversion = Conversion::<u8>::new(&TextureSpec::from(texture), FORMAT, &mut icc);
     let values = conversion.apply(texture.texels(), 0..texture.texels().len());

@@ -95,7 +95,7 @@ fn check_bands(name: &str, bytes: &[u8], whole: &Image) {
 #[test]
 fn bands_of_any_size_make_the_same_file() {
     for size in [Size::new(67, 35), Size::new(1, 1), Size::new(300, 1), Size::new(1, 300)] {
-        for format in Format::ALL {
+        for &format in Format::ALL {
             for (channels, depth) in CHANNELS.iter().flat_map(|c| DEPTHS.map(|d| (*c, d))) {
                 for encoding in [Encoding::Srgb, Encoding::Linear, Encoding::Data] {
                     let texture = texture(size, channels, depth, encoding);
@@ -131,7 +131,7 @@ fn segments_make_the_same_file() {
                 let image = Image { texture, icc: Some(vec![42; 3000]) };
                 let spec = TextureSpec::from(&image.texture);
                 let options = WriteOptions::default();
-                for format in Format::ALL {
+                for &format in Format::ALL {
                     let Some(segments) = Segments::new(format, spec, &options) else { continue };
                     let name = format!("{format} {channels:?} {depth:?} {encoding:?} {size}");
                     let wanted = encode_whole(&image, format, &options).unwrap();
@@ -180,10 +180,10 @@ fn segments_of_elsewhere_are_refused() {
     let whole = texture(Size::new(32_768, 7), Channels::Rgba, Depth::U16, Encoding::Srgb);
     let spec = TextureSpec::from(&whole);
     let options = WriteOptions::default();
-    let segments = Segments::new(Format::Png, spec, &options).unwrap();
+    let segments = Segments::new(Format::PNG, spec, &options).unwrap();
     assert_eq!(segments.rows(), 2);
     let begin = |spec, options: &WriteOptions| {
-        BandEncoder::new(Cursor::new(Vec::new()), Format::Png, spec, None, options).unwrap()
+        BandEncoder::new(Cursor::new(Vec::new()), Format::PNG, spec, None, options).unwrap()
     };
     let second = segments.encode(1, &rows(&whole, 2, 2)).unwrap();
     let mut encoder = begin(spec, &options);
@@ -234,7 +234,7 @@ fn files_of_others_come_in_bands_too() {
 fn rows_that_do_not_belong_are_refused() {
     let whole = texture(Size::new(8, 6), Channels::Rgb, Depth::U8, Encoding::Srgb);
     let spec = TextureSpec::from(&whole);
-    for format in Format::ALL {
+    for &format in Format::ALL {
         let begin = || {
             let out = Cursor::new(Vec::new());
             BandEncoder::new(out, format, spec, None, &WriteOptions::default()).unwrap()
@@ -290,12 +290,12 @@ fn threads_and_bands_do_not_show() {
         let texture = texture(Size::new(1501, 700), channels, depth, Encoding::Srgb);
         let image = Image::from(texture);
         let options = WriteOptions::default();
-        let wanted = encode_whole(&image, Format::Png, &options).unwrap().0;
+        let wanted = encode_whole(&image, Format::PNG, &options).unwrap().0;
         assert!(decode(&wanted).unwrap() == image);
         for threads in [1, 3] {
             let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
             for band in [1, 97, 350, 700] {
-                let encode = || encode_in_bands(&image, Format::Png, &options, band).unwrap().0;
+                let encode = || encode_in_bands(&image, Format::PNG, &options, band).unwrap().0;
                 assert!(pool.install(encode) == wanted, "{threads} threads, {band} rows at once");
             }
         }
@@ -309,7 +309,7 @@ fn every_width_comes_back() {
         for (channels, depth) in CHANNELS.iter().flat_map(|c| [(*c, Depth::U8), (*c, Depth::U16)]) {
             let texture = texture(Size::new(width, 5), channels, depth, Encoding::Srgb);
             let image = Image::from(texture);
-            let bytes = encode_whole(&image, Format::Png, &WriteOptions::default()).unwrap().0;
+            let bytes = encode_whole(&image, Format::PNG, &WriteOptions::default()).unwrap().0;
             assert!(decode(&bytes).unwrap() == image, "{width} {channels:?} {depth:?}");
         }
     }
@@ -318,7 +318,7 @@ fn every_width_comes_back() {
 #[test]
 fn a_cut_is_found_out_before_any_row() {
     let image = Image::from(texture(Size::new(31, 50), Channels::Rgb, Depth::U8, Encoding::Srgb));
-    let bytes = encode_whole(&image, Format::Png, &WriteOptions::default()).unwrap().0;
+    let bytes = encode_whole(&image, Format::PNG, &WriteOptions::default()).unwrap().0;
     for cut in 0..bytes.len() {
         assert!(BandDecoder::new(&bytes[..cut]).is_err(), "{cut} of {}", bytes.len());
     }
@@ -338,7 +338,7 @@ fn damage_is_found_out_by_the_last_row() {
         for compress in [false, true] {
             let image = Image::from(texture(Size::new(40, 30), channels, depth, Encoding::Srgb));
             let options = WriteOptions::default().compress(compress);
-            seeds.push(encode_whole(&image, Format::Png, &options).unwrap().0);
+            seeds.push(encode_whole(&image, Format::PNG, &options).unwrap().0);
         }
     }
     for name in ["interlaced16.png", "palette.png", "oriented.png"] {

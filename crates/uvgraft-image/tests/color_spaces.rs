@@ -42,7 +42,7 @@ fn png(texels: Texels, channels: Channels, chunks: &[Vec<u8>]) -> Vec<u8> {
     let size = Size::new((texels.len() / channels.count()) as u32, 1);
     let texture = Texture::new(size, channels, Encoding::Srgb, texels).unwrap();
     let mut out = Cursor::new(Vec::new());
-    let _ = encode(&texture.into(), Format::Png, &WriteOptions::default(), &mut out).unwrap();
+    let _ = encode(&texture.into(), Format::PNG, &WriteOptions::default(), &mut out).unwrap();
     let plain = out.into_inner();
     let header = 8 + 25;
     [&plain[..header], &chunks.concat(), &plain[header..]].concat()
@@ -183,7 +183,7 @@ fn written_files_declare_nothing() {
     let linear = png(Texels::U8(vec![128, 0, 255]), Channels::Rgb, &[gamma(100_000)]);
     let mut out = Cursor::new(Vec::new());
     let image = decode(&linear).unwrap();
-    let _ = encode(&image, Format::Png, &WriteOptions::default(), &mut out).unwrap();
+    let _ = encode(&image, Format::PNG, &WriteOptions::default(), &mut out).unwrap();
     assert_eq!(decode(out.get_ref()).unwrap(), image);
     assert!(!out.get_ref().windows(4).any(|bytes| bytes == b"gAMA"));
 }
@@ -194,7 +194,7 @@ fn a_profile_counts_more_than_gamma_and_less_than_cicp() {
         Texture::new(Size::new(1, 1), Channels::Rgb, Encoding::Srgb, Texels::U8(vec![128, 0, 255]));
     let image = Image { texture: texture.unwrap(), icc: Some(vec![7; 40]) };
     let mut out = Cursor::new(Vec::new());
-    let _ = encode(&image, Format::Png, &WriteOptions::default(), &mut out).unwrap();
+    let _ = encode(&image, Format::PNG, &WriteOptions::default(), &mut out).unwrap();
     let with = |chunk: &[u8]| {
         let plain = out.get_ref();
         decode(&[&plain[..33], chunk, &plain[33..]].concat()).unwrap()

@@ -17,11 +17,11 @@ fn seeds() -> Vec<(String, Vec<u8>)> {
     let mut random = fastrand::Rng::with_seed(11);
     let size = Size::new(23, 17);
     let mut seeds = Vec::new();
-    for format in Format::ALL {
+    for &format in Format::ALL {
         for (channels, deep) in
             [(Channels::Grey, false), (Channels::Rgb, true), (Channels::Rgba, false)]
         {
-            if format == Format::Jpeg && channels.has_alpha() {
+            if format == Format::JPEG && channels.has_alpha() {
                 continue;
             }
             let len = size.texels() * channels.count();
@@ -135,17 +135,17 @@ fn with_size(format: Format, side: u32) -> Vec<u8> {
     let mut bytes = out.into_inner();
     let find =
         |bytes: &[u8], what: &[u8]| bytes.windows(what.len()).position(|w| w == what).unwrap();
-    match format {
-        Format::Png => {
+    match format.name() {
+        "PNG" => {
             bytes[16..20].copy_from_slice(&side.to_be_bytes());
             bytes[20..24].copy_from_slice(&side.to_be_bytes());
         }
-        Format::Jpeg => {
+        "JPEG" => {
             let at = find(&bytes, &[0xff, 0xc0]) + 5;
             bytes[at..at + 2].copy_from_slice(&(side.min(65_535) as u16).to_be_bytes());
             bytes[at + 2..at + 4].copy_from_slice(&(side.min(65_535) as u16).to_be_bytes());
         }
-        Format::WebP => {
+        "WebP" => {
             // An extended header before the image; sides are stored minus 1, in 24 bits.
             let side = (side - 1).to_le_bytes();
             let mut chunk = b"VP8X\x0a\0\0\0\0\0\0\0".to_vec();
@@ -155,7 +155,7 @@ fn with_size(format: Format, side: u32) -> Vec<u8> {
             let length = (bytes.len() as u32 - 8).to_le_bytes();
             bytes[4..8].copy_from_slice(&length);
         }
-        Format::Tiff => {
+        "TIFF" => {
             // Width, height and rows per strip, all three.
             for tag in [256u16, 257, 278] {
                 let mut entry = tag.to_le_bytes().to_vec();
@@ -164,7 +164,7 @@ fn with_size(format: Format, side: u32) -> Vec<u8> {
                 bytes[at..at + 4].copy_from_slice(&side.to_le_bytes());
             }
         }
-        Format::Exr => {
+        "EXR" => {
             let chunks = b"chunkCount\0int\0\x04\0\0\0";
             let at = find(&bytes, chunks) + chunks.len();
             bytes[at..at + 4].copy_from_slice(&side.to_le_bytes());
@@ -182,11 +182,11 @@ fn with_size(format: Format, side: u32) -> Vec<u8> {
 
 #[test]
 fn lies_about_the_size_are_found_out_at_once() {
-    for format in Format::ALL {
+    for &format in Format::ALL {
         let bytes = with_size(format, 100_000);
         let start = Instant::now();
         for error in [decode(&bytes).unwrap_err(), decode_header(&bytes).unwrap_err()] {
-            let side = if format == Format::Jpeg { 65_535 } else { 100_000 };
+            let side = if format == Format::JPEG { 65_535 } else { 100_000 };
             let wanted =
                 format!("{format} must have at most 32768 texels a side, got {side}×{side}");
             assert_eq!(error.to_string(), wanted);
@@ -197,7 +197,7 @@ fn lies_about_the_size_are_found_out_at_once() {
         assert!(start.elapsed() < Duration::from_secs(2), "{format}: {:?}", start.elapsed());
         assert!(decode(&with_size(format, 4)).is_ok(), "{format}");
     }
-    let error = decode(&with_size(Format::Exr, 30_000)).unwrap_err().to_string();
+    let error = decode(&with_size(Format::EXR, 30_000)).unwrap_err().to_string();
     let wanted = format!(
         "EXR of 30000×30000 texels must take at most {MAX_BYTES} bytes in memory, got 10800000000"
     );

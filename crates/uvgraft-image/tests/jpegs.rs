@@ -16,7 +16,7 @@ fn jpeg() -> Vec<u8> {
     let texture = Texture::new(size, Channels::Rgb, Encoding::Srgb, Texels::U8(values)).unwrap();
     let image = Image { texture, icc: Some(vec![5; 30]) };
     let mut out = Cursor::new(Vec::new());
-    let _ = encode(&image, Format::Jpeg, &WriteOptions::default(), &mut out).unwrap();
+    let _ = encode(&image, Format::JPEG, &WriteOptions::default(), &mut out).unwrap();
     out.into_inner()
 }
 

@@ -5,6 +5,7 @@ mod color_spaces;
 mod hostile;
 mod jpegs;
 mod metadata;
+mod own_format;
 mod png_rows;
 mod round_trip;
 mod samples;

@@ -80,7 +80,7 @@ fn exif_block() -> Vec<u8> {
 
 /// A JPEG with every kind of metadata that cameras and editors write.
 fn jpeg() -> Vec<u8> {
-    let plain = encoded(&photo(Channels::Rgb), Format::Jpeg);
+    let plain = encoded(&photo(Channels::Rgb), Format::JPEG);
     let segment = |marker: u8, content: &[u8]| {
         [&[0xff, marker][..], &(content.len() as u16 + 2).to_be_bytes(), content].concat()
     };
@@ -105,7 +105,7 @@ fn png_chunk(kind: &[u8; 4], content: &[u8]) -> Vec<u8> {
 }
 
 fn png() -> Vec<u8> {
-    let plain = encoded(&photo(Channels::Rgb), Format::Png);
+    let plain = encoded(&photo(Channels::Rgb), Format::PNG);
     let header = 8 + 25;
     [
         &plain[..header],
@@ -118,7 +118,7 @@ fn png() -> Vec<u8> {
 }
 
 fn webp() -> Vec<u8> {
-    let plain = encoded(&photo(Channels::Rgb), Format::WebP);
+    let plain = encoded(&photo(Channels::Rgb), Format::WEBP);
     let chunk = |kind: &[u8; 4], content: &[u8]| {
         let padding = &[0][..content.len() % 2];
         [&kind[..], &(content.len() as u32).to_le_bytes(), content, padding].concat()
@@ -173,7 +173,7 @@ fn tiff() -> Vec<u8> {
 }
 
 fn sources() -> [(Format, Vec<u8>); 4] {
-    [(Format::Jpeg, jpeg()), (Format::Png, png()), (Format::WebP, webp()), (Format::Tiff, tiff())]
+    [(Format::JPEG, jpeg()), (Format::PNG, png()), (Format::WEBP, webp()), (Format::TIFF, tiff())]
 }
 
 fn contains(bytes: &[u8], part: &[u8]) -> bool {
@@ -231,7 +231,7 @@ fn focal_lengths_of_every_format() {
     let error = open(Input::bytes("cut", cut)).and_then(OpenImage::decode).unwrap_err();
     assert!(error.to_string().starts_with("cut: "), "{error}");
     assert!(decode_focal_length_px(b"GIF89a").is_err());
-    for format in Format::ALL {
+    for &format in Format::ALL {
         let plain = encoded(&photo(Channels::Rgb), format);
         assert_eq!(decode_focal_length_px(&plain).unwrap(), None, "{format}");
     }
@@ -264,7 +264,7 @@ fn nothing_of_a_photo_but_its_texels_is_written() {
         let source = folder.path().join(format!("SECRET-NAME.{}", from.extensions()[0]));
         std::fs::write(&source, &bytes).unwrap();
         let image = read(&source).unwrap();
-        for to in Format::ALL {
+        for &to in Format::ALL {
             let of = format!("{to} of {from}");
             let target = folder.path().join(format!("out.{}", to.extensions()[0]));
             let _ = write(&image, &target, &WriteOptions::default()).unwrap();
@@ -291,10 +291,10 @@ const ROTATED: &[u8] = br#"<rdf:Description tiff:Orientation="6"/>"#;
 #[test]
 fn orientation_is_read_from_xmp_too() {
     let photo = photo(Channels::Rgb);
-    let png = encoded(&photo, Format::Png);
+    let png = encoded(&photo, Format::PNG);
     let international = png_chunk(b"iTXt", &[b"XML:com.adobe.xmp\0\0\0\0\0", ROTATED].concat());
     let (start, end) = png.split_at(png.len() - 12);
-    let jpeg = encoded(&photo, Format::Jpeg);
+    let jpeg = encoded(&photo, Format::JPEG);
     let content = [b"http://ns.adobe.com/xap/1.0/\0", ROTATED].concat();
     let app1 = [&[0xff, 0xe1][..], &(content.len() as u16 + 2).to_be_bytes(), &content].concat();
     for bytes in [
@@ -309,7 +309,7 @@ fn orientation_is_read_from_xmp_too() {
 
 #[test]
 fn exif_counts_more_than_xmp() {
-    let plain = encoded(&photo(Channels::Rgb), Format::Png);
+    let plain = encoded(&photo(Channels::Rgb), Format::PNG);
     let upright = ROTATED.to_vec().into_iter().map(|byte| if byte == b'6' { b'1' } else { byte });
     let upright: Vec<u8> = upright.collect();
     let text = png_chunk(b"iTXt", &[b"XML:com.adobe.xmp\0\0\0\0\0", &upright[..]].concat());

@@ -282,7 +282,7 @@ fn pieces_of_our_own_come_back_on_any_number_of_threads() {
             Texture::new(size, channels, Encoding::Srgb, Texels::U8(values.clone())).unwrap();
         let mut bytes = Cursor::new(Vec::new());
         let _ =
-            image::encode(&Image::from(texture), Format::Png, &WriteOptions::default(), &mut bytes)
+            image::encode(&Image::from(texture), Format::PNG, &WriteOptions::default(), &mut bytes)
                 .unwrap();
         let bytes = bytes.into_inner();
         let starts = data_chunks(&bytes);

@@ -204,7 +204,7 @@ pub(crate) fn jpeg(size: Size, channels: Channels) -> (Vec<u8>, Vec<u8>) {
     let texture = Texture::new(size, channels, Encoding::Srgb, Texels::U8(values.clone())).unwrap();
     let options = WriteOptions::default().jpeg_quality(98);
     let mut out = Cursor::new(Vec::new());
-    let _ = encode(&Image::from(texture), Format::Jpeg, &options, &mut out).unwrap();
+    let _ = encode(&Image::from(texture), Format::JPEG, &options, &mut out).unwrap();
     (out.into_inner(), values)
 }
 

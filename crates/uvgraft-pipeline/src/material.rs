@@ -129,7 +129,7 @@ impl Values {
 
     /// The bit depth used for processing a texture that is written in the given format.
     pub(crate) fn depth(self, found: Depth, format: Option<Format>) -> Depth {
-        let holds_floats = matches!(format, Some(Format::Exr | Format::Tiff));
+        let holds_floats = format.is_some_and(|format| format.codec().holds(Depth::F32));
         if self == Self::Displacement && holds_floats { Depth::F32 } else { found }
     }
 }

@@ -259,10 +259,11 @@ impl Transfer {
             Some(folder) => outputs::check_new_folder(folder)?,
         }
         if let Some(mask) = &self.mask {
-            if format_of(mask)? == Format::Jpeg {
+            let format = format_of(mask)?;
+            if format.codec().is_lossy {
                 let mask = mask.display();
                 return Err(Failure::option(format!(
-                    "`mask` must not be a JPEG file, got {mask}; use .png"
+                    "`mask` must not be a {format} file, got {mask}; use .png"
                 )));
             }
             outputs.check(mask)?;

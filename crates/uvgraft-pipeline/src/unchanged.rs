@@ -81,7 +81,7 @@ mod tests {
         let filled = Texture::filled(size, Channels::Grey, Encoding::Srgb, Depth::U8, &[0.5]);
         let rows = filled.unwrap();
         let spec = TextureSpec::from(&rows);
-        let segments = Segments::new(Format::Png, spec, &WriteOptions::default()).unwrap();
+        let segments = Segments::new(Format::PNG, spec, &WriteOptions::default()).unwrap();
         let segment = || segments.encode(0, &rows).unwrap();
         let room = segment().bytes() as u64;
         let unchanged = Unchanged::new(2 * room + 1);

@@ -264,7 +264,7 @@ fn files(criterion: &mut Criterion) {
     let mut group = criterion.benchmark_group("file");
     for size in [SOURCE, TARGET] {
         let image = Image::from(synthetic::detailed(size, 1));
-        for format in Format::ALL {
+        for &format in Format::ALL {
             let encode = || {
                 let mut out = Cursor::new(Vec::new());
                 let options = WriteOptions::default();

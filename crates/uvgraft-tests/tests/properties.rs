@@ -305,9 +305,9 @@ proptest! {
         let texture = texture(size, channels, depth, seed);
         let formats: &[Format] = match depth {
             // EXR multiplies colours by opacity, which rounds.
-            Depth::F32 if channels.has_alpha() => &[Format::Tiff],
-            Depth::F32 => &[Format::Tiff, Format::Exr],
-            _ => &[Format::Png, Format::Tiff],
+            Depth::F32 if channels.has_alpha() => &[Format::TIFF],
+            Depth::F32 => &[Format::TIFF, Format::EXR],
+            _ => &[Format::PNG, Format::TIFF],
         };
         for &format in formats {
             let mut file = Cursor::new(Vec::new());

@@ -273,7 +273,7 @@ fn encoded(image: &Image, mut buffer: Vec<u8>) -> anyhow::Result<Vec<u8>> {
     buffer.clear();
     let mut out = Cursor::new(buffer);
     // PNG can store an 8-bit RGB texture without loss.
-    let _ = image::encode(image, Format::Png, &WriteOptions::default(), &mut out)?;
+    let _ = image::encode(image, Format::PNG, &WriteOptions::default(), &mut out)?;
     Ok(out.into_inner())
 }
 

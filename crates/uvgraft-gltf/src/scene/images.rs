@@ -236,7 +236,7 @@ mod tests {
         let texture = Texture::new(size, Channels::Rgb, Encoding::Srgb, values).unwrap();
         let mut out = Cursor::new(Vec::new());
         let written =
-            image::encode(&texture.clone().into(), Format::Png, &WriteOptions::default(), &mut out);
+            image::encode(&texture.clone().into(), Format::PNG, &WriteOptions::default(), &mut out);
         let _ = written.unwrap();
         let (header, rest) = out.get_ref().split_at(33);
         // A gAMA chunk of linear light.

@@ -11,13 +11,22 @@ use gif::{DisposalMethod, Encoder, EncodingError, Frame, Repeat};
 use uvgraft::{Texture, threads};
 
 use super::palette::Palette;
-use super::{AnimationError, bytes_of, durations};
+use super::{Animation, AnimationError, bytes_of, durations};
 
 /// The last index: transparent, so that the previous frame shows.
 const CLEAR: u8 = 255;
 
 /// Maximum number of pixels sampled for the palette.
 const SAMPLES: usize = 1 << 21;
+
+pub(super) const ANIMATION: Animation = Animation {
+    name: "GIF",
+    extension: "gif",
+    // Delays are hundredths of a second, and browsers take a single one for ten.
+    max_fps: Some(50.0),
+    has_hard_edges: true,
+    write: |frames, fps, out| write_gif(frames, fps, out),
+};
 
 /// Writes frames as a GIF that loops forever.
 ///

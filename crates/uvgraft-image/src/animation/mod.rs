@@ -4,10 +4,38 @@ mod gif;
 mod palette;
 mod webp;
 
+use std::io::Write;
+use std::path::Path;
+
 use uvgraft::{Texels, Texture};
 
 pub use self::gif::write_gif;
 pub use self::webp::write_webp;
+
+/// A format of animations.
+pub struct Animation {
+    /// Its common name.
+    pub name: &'static str,
+    /// Its file extension, in lower case without the dot.
+    pub extension: &'static str,
+    /// The most frames per second that programs show; `None` for as many as they can.
+    pub max_fps: Option<f32>,
+    /// Whether pixels are either opaque or not there.
+    pub has_hard_edges: bool,
+    /// Writes frames that are shown at a rate above 0, in frames per second, in a loop.
+    pub write: fn(&[Texture], f32, &mut dyn Write) -> Result<(), AnimationError>,
+}
+
+impl Animation {
+    /// All formats, in the order of messages.
+    pub const ALL: &'static [Self] = &[gif::ANIMATION, webp::ANIMATION];
+
+    /// The format of a path, by its extension in any case.
+    pub fn from_path(path: impl AsRef<Path>) -> Option<&'static Self> {
+        let found = path.as_ref().extension()?;
+        Self::ALL.iter().find(|format| found.eq_ignore_ascii_case(format.extension))
+    }
+}
 
 /// Why frames were not written.
 #[derive(Debug, thiserror::Error)]

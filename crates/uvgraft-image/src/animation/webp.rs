@@ -8,9 +8,17 @@ use std::io::{Cursor, Write};
 
 use uvgraft::{Channels, Encoding, Size, Texels, Texture, threads};
 
-use super::{AnimationError, bytes_of, durations};
+use super::{Animation, AnimationError, bytes_of, durations};
 use crate::webp::riff_chunk;
 use crate::{Format, Image, WriteOptions};
+
+pub(super) const ANIMATION: Animation = Animation {
+    name: "WebP",
+    extension: "webp",
+    max_fps: None,
+    has_hard_edges: false,
+    write: |frames, fps, out| write_webp(frames, fps, out),
+};
 
 /// Writes frames as a lossless animated WebP that loops forever.
 ///
@@ -117,7 +125,7 @@ fn still(frame: &Texture) -> Result<Vec<u8>, AnimationError> {
     let mut file = Cursor::new(Vec::new());
     let image = Image::from(frame.clone());
     // 8-bit RGB and RGBA lose nothing.
-    let _ = crate::encode(&image, Format::WebP, &WriteOptions::default(), &mut file)
+    let _ = crate::encode(&image, Format::WEBP, &WriteOptions::default(), &mut file)
         .map_err(|error| AnimationError::Encode(error.to_string()))?;
     let file = file.into_inner();
     let mut at = 12;

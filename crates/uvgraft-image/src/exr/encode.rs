@@ -1,6 +1,6 @@
 //! Rows into an EXR of scan line blocks, top to bottom.
 
-use std::io::{Seek, SeekFrom, Write};
+use std::io::SeekFrom;
 
 use ::exr::block::{BlockIndex, UncompressedBlock};
 use ::exr::compression::Compression;
@@ -14,11 +14,12 @@ use uvgraft::color::Encoding;
 use uvgraft::texture::{Channels, Size, Texels};
 
 use super::{FORMAT, names};
+use crate::codec::{self, Sink};
 use crate::convert::{Conversion, premultiply};
 use crate::{EncodeError, Loss, TextureSpec, WriteOptions};
 
 /// An EXR written while its rows arrive.
-pub(crate) struct RowEncoder {
+pub(super) struct RowEncoder {
     blocks: BlockWriter,
     conversion: Conversion<f32>,
     /// Whether colours are multiplied by opacity: not those of data.
@@ -31,7 +32,7 @@ pub(crate) struct RowEncoder {
 }
 
 impl RowEncoder {
-    pub(crate) fn new(
+    pub(super) fn new(
         spec: &TextureSpec,
         mut icc: Option<&[u8]>,
         options: &WriteOptions,
@@ -47,13 +48,10 @@ impl RowEncoder {
             hides_color: false,
         })
     }
+}
 
-    /// Encodes the next rows.
-    pub(crate) fn write<W: Write + Seek>(
-        &mut self,
-        texels: &Texels,
-        out: &mut W,
-    ) -> Result<(), EncodeError> {
+impl codec::RowEncoder for RowEncoder {
+    fn write(&mut self, texels: &Texels, out: &mut dyn Sink) -> Result<(), EncodeError> {
         let row_values = self.blocks.row_values();
         for row in 0..texels.len() / row_values {
             let mut values =
@@ -66,11 +64,10 @@ impl RowEncoder {
         Ok(())
     }
 
-    /// Completes the file.
-    pub(crate) fn finish<W: Write + Seek>(self, out: &mut W) -> Result<Vec<Loss>, EncodeError> {
+    fn finish(self: Box<Self>, out: &mut dyn Sink) -> Result<Vec<Loss>, EncodeError> {
         self.blocks.finish(out)?;
         let icc = self.loses_icc.then_some(Loss::IccProfile { format: FORMAT });
-        let hidden = self.hides_color.then_some(Loss::HiddenColor);
+        let hidden = self.hides_color.then_some(Loss::HiddenColor { format: FORMAT });
         Ok(icc.into_iter().chain(self.conversion.losses()).chain(hidden).collect())
     }
 }
@@ -126,11 +123,7 @@ impl BlockWriter {
         self.size.width as usize * self.places.len()
     }
 
-    fn write_row<W: Write + Seek>(
-        &mut self,
-        values: &[f32],
-        out: &mut W,
-    ) -> Result<(), EncodeError> {
+    fn write_row(&mut self, values: &[f32], out: &mut dyn Sink) -> Result<(), EncodeError> {
         self.start(out)?;
         // Rows are separated into channels here, because the crate would fetch every sample
         // individually: 0.3 instead of 1.3 seconds for 4096² texels.
@@ -146,7 +139,7 @@ impl BlockWriter {
     }
 
     /// Writes what precedes the blocks, with the table of offsets still open.
-    fn start<W: Write + Seek>(&mut self, out: &mut W) -> Result<(), EncodeError> {
+    fn start(&mut self, out: &mut dyn Sink) -> Result<(), EncodeError> {
         if !self.preamble.is_empty() {
             out.write_all(&std::mem::take(&mut self.preamble))?;
             self.table = out.stream_position()?;
@@ -155,7 +148,7 @@ impl BlockWriter {
         Ok(())
     }
 
-    fn flush<W: Write + Seek>(&mut self, out: &mut W) -> Result<(), EncodeError> {
+    fn flush(&mut self, mut out: &mut dyn Sink) -> Result<(), EncodeError> {
         let rows = std::mem::take(&mut self.pending_rows);
         let index = BlockIndex {
             layer: 0,
@@ -167,11 +160,11 @@ impl BlockWriter {
         let block = UncompressedBlock { index, data: std::mem::take(&mut self.pending) };
         let chunk = block.compress_to_chunk(&self.headers).map_err(from_exr)?;
         self.offsets.push(out.stream_position()?);
-        chunk.write(out, self.headers.len()).map_err(from_exr)
+        chunk.write(&mut out, self.headers.len()).map_err(from_exr)
     }
 
     /// Writes the last rows and the table of offsets.
-    fn finish<W: Write + Seek>(mut self, out: &mut W) -> Result<(), EncodeError> {
+    fn finish(mut self, out: &mut dyn Sink) -> Result<(), EncodeError> {
         self.start(out)?;
         if self.pending_rows > 0 {
             self.flush(out)?;

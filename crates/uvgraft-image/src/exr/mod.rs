@@ -5,7 +5,7 @@ mod encode;
 mod subsampled;
 mod upsampling;
 
-use std::io::{BufRead, Cursor, Seek};
+use std::io::Cursor;
 
 use ::exr::error::Error;
 use ::exr::image::FlatSamples;
@@ -16,18 +16,42 @@ use ::exr::meta::attribute::SampleType;
 use ::exr::meta::header::Header;
 use ::exr::meta::{BlockDescription, MetaData};
 use ::exr::prelude::f16;
-use uvgraft::texture::{Channels, Depth, Size, Texels};
+use uvgraft::color::Encoding;
+use uvgraft::texture::{Channels, Depth, Size, Texels, Texture};
 
 use self::colors::Colors;
+use self::encode::RowEncoder;
+use super::codec::{Codec, Decode, Decoded, Encode, Source};
 use super::convert::unpremultiply;
 use super::exif::FocalLength;
 use super::header::{MAX_RATIO, MAX_UNBACKED_BYTES, StoredHeader, check_bytes, check_size};
 use super::orientation::Orientation;
-use super::{DeclaredSpace, Decoded, Format, ImageError};
+use super::{DeclaredSpace, Format, ImageError};
 
-pub(super) use self::encode::RowEncoder;
+impl Format {
+    /// Float in linear light, alpha, lossless; no ICC profile.
+    pub const EXR: Self = Self::new(&CODEC);
+}
 
-const FORMAT: Format = Format::Exr;
+const FORMAT: Format = Format::EXR;
+
+static CODEC: Codec = Codec {
+    name: "EXR",
+    extensions: &["exr"],
+    media_type: "image/x-exr",
+    is_start: |bytes| bytes.starts_with(&[0x76, 0x2f, 0x31, 0x01]),
+    depths: &[(Depth::F32, Encoding::Linear)],
+    has_alpha: true,
+    is_premultiplied: true,
+    is_lossy: false,
+    compresses: true,
+    max_side: Texture::MAX_SIDE,
+    header,
+    decode: Decode::Whole(decode),
+    encode: Encode::Rows(|spec, icc, options| Ok(Box::new(RowEncoder::new(spec, icc, options)?))),
+    segments: None,
+    without_metadata: None,
+};
 
 /// The channel names of a texture in the file, in the order of the texture.
 fn names(channels: Channels) -> &'static [&'static str] {
@@ -57,7 +81,7 @@ struct ChannelLayout {
     stored_bytes: u64,
 }
 
-pub(super) fn header(reader: &mut (impl BufRead + Seek)) -> Result<StoredHeader, ImageError> {
+fn header(reader: &mut dyn Source) -> Result<StoredHeader, ImageError> {
     let meta = MetaData::read_from_buffered(reader, false).map_err(from_exr)?;
     Ok(layout(&meta.headers)?.header)
 }
@@ -132,7 +156,7 @@ fn layout(headers: &[Header]) -> Result<ChannelLayout, ImageError> {
     Ok(ChannelLayout { header, sources, colors, stored, offset, stored_bytes })
 }
 
-pub(super) fn decode(bytes: &[u8], space: DeclaredSpace) -> Result<Decoded, ImageError> {
+fn decode(bytes: &[u8], space: DeclaredSpace) -> Result<Decoded, ImageError> {
     let mut rest = bytes;
     let meta = MetaData::read_from_buffered(&mut rest, false).map_err(from_exr)?;
     let layout = layout(&meta.headers)?;

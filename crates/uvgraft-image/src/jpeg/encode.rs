@@ -3,6 +3,7 @@
 //! Each row of blocks is a restart interval: it depends on no other, so rows of blocks are encoded
 //! in parallel and reused. That makes files some 0.1 % larger.
 
+use std::any::Any;
 use std::io::{self, Write};
 
 use uvgraft::texture::Texels;
@@ -11,11 +12,12 @@ use uvgraft::threads;
 use super::FORMAT;
 use super::blocks::{Block, Quantisation, SIDE, ZIGZAG, grey, luma_and_chroma};
 use super::entropy::{Bits, CHROMA_AC, CHROMA_DC, Codes, LUMA_AC, LUMA_DC};
+use crate::codec::{self, EncodedRows, Sink};
 use crate::convert::Conversion;
 use crate::{EncodeError, Loss, TextureSpec};
 
 /// Rows of a segment: a few rows of blocks.
-pub(crate) const ROWS_IN_SEGMENT: u32 = 2 * SIDE as u32;
+pub(super) const ROWS_IN_SEGMENT: u32 = 2 * SIDE as u32;
 
 /// Rows converted and encoded at once, which bounds memory.
 const ROWS_AT_ONCE: usize = 256;
@@ -24,7 +26,7 @@ const ROWS_AT_ONCE: usize = 256;
 const ROW: usize = SIDE;
 
 /// A JPEG written while its rows arrive.
-pub(crate) struct RowEncoder {
+pub(super) struct RowEncoder {
     /// What precedes the rows, until it is written.
     header: Vec<u8>,
     conversion: Conversion<u8>,
@@ -45,26 +47,27 @@ struct BlockRows {
 
 /// Rows of a JPEG that are encoded on their own.
 #[derive(Debug)]
-pub(crate) struct Segment {
+pub(super) struct Segment {
     bytes: Box<[u8]>,
     rows_of_blocks: u32,
     is_clamped: bool,
 }
 
 impl RowEncoder {
-    pub(crate) fn new(spec: &TextureSpec, mut icc: Option<&[u8]>, quality: u8) -> Self {
+    pub(super) fn new(spec: &TextureSpec, mut icc: Option<&[u8]>, quality: u8) -> Self {
         let conversion = Conversion::new(spec, FORMAT, &mut icc);
         let blocks = BlockRows::new(spec, quality);
         let header = blocks.header(spec, icc);
         Self { header, conversion, blocks, pending: Vec::new(), next: 0 }
     }
 
-    /// Encodes whole rows.
-    pub(crate) fn write(
-        &mut self,
-        texels: &Texels,
-        out: &mut impl Write,
-    ) -> Result<(), EncodeError> {
+    fn begin(&mut self, out: &mut dyn Write) -> io::Result<()> {
+        out.write_all(&std::mem::take(&mut self.header))
+    }
+}
+
+impl codec::RowEncoder for RowEncoder {
+    fn write(&mut self, texels: &Texels, out: &mut dyn Sink) -> Result<(), EncodeError> {
         self.begin(out)?;
         let Self { conversion, blocks, pending, next, .. } = self;
         let row = blocks.row_values();
@@ -88,35 +91,35 @@ impl RowEncoder {
         Ok(())
     }
 
-    /// Appends a segment, after whole segments only.
-    pub(crate) fn push_segment(
+    fn push_segment(
         &mut self,
-        segment: &Segment,
-        out: &mut impl Write,
+        segment: &dyn EncodedRows,
+        out: &mut dyn Sink,
     ) -> Result<(), EncodeError> {
+        let segment = Segment::of(segment);
         self.begin(out)?;
         self.conversion.note_clamped(segment.is_clamped);
         self.next += segment.rows_of_blocks;
         Ok(out.write_all(&segment.bytes)?)
     }
 
-    /// Writes the remaining data, and returns the losses.
-    pub(crate) fn finish(self, out: &mut impl Write) -> Result<Vec<Loss>, EncodeError> {
+    fn finish(self: Box<Self>, out: &mut dyn Sink) -> Result<Vec<Loss>, EncodeError> {
         self.blocks.write(&self.pending, self.next, out)?;
         out.write_all(&[0xff, super::END_OF_IMAGE])?;
         Ok(self.conversion.losses())
     }
-
-    fn begin(&mut self, out: &mut impl Write) -> io::Result<()> {
-        out.write_all(&std::mem::take(&mut self.header))
-    }
 }
 
 impl Segment {
+    fn of(rows: &dyn EncodedRows) -> &Self {
+        let rows: &dyn Any = rows;
+        rows.downcast_ref().expect("segments are those of the same format")
+    }
+
     /// Encodes the rows of a segment.
     ///
     /// - `spec`: of the whole image.
-    pub(crate) fn new(spec: &TextureSpec, quality: u8, first_row: u32, texels: &Texels) -> Self {
+    pub(super) fn new(spec: &TextureSpec, quality: u8, first_row: u32, texels: &Texels) -> Self {
         let mut conversion = Conversion::new(spec, FORMAT, &mut None);
         let blocks = BlockRows::new(spec, quality);
         let values = conversion.apply(texels, 0..texels.len());
@@ -128,9 +131,10 @@ impl Segment {
         }
         Self { bytes: bytes.into(), rows_of_blocks, is_clamped: conversion.is_clamped() }
     }
+}
 
-    /// Bytes that it occupies.
-    pub(crate) fn bytes(&self) -> usize {
+impl EncodedRows for Segment {
+    fn bytes(&self) -> usize {
         self.bytes.len()
     }
 }
@@ -150,7 +154,7 @@ impl BlockRows {
     }
 
     /// Encodes rows of blocks in parallel, and returns their number.
-    fn write(&self, values: &[u8], first: u32, out: &mut impl Write) -> io::Result<u32> {
+    fn write(&self, values: &[u8], first: u32, out: &mut dyn Write) -> io::Result<u32> {
         let rows: Vec<&[u8]> = values.chunks(ROW * self.row_values()).collect();
         let encoded = threads::map_indices(rows.len(), |index| {
             let mut bytes = Vec::with_capacity(rows[index].len() / 3);

@@ -11,6 +11,7 @@ mod ycbcr;
 
 use std::io::{self, BufRead, Cursor, Read, Seek};
 
+use uvgraft::color::Encoding;
 use uvgraft::texture::{Channels, Depth, Size, Texels, Texture};
 use zune_jpeg::JpegDecoder;
 use zune_jpeg::errors::DecodeErrors;
@@ -19,15 +20,45 @@ use zune_jpeg::zune_core::colorspace::ColorSpace;
 use zune_jpeg::zune_core::options::DecoderOptions;
 
 use self::cleaned::cleaned;
+use self::encode::{RowEncoder, Segment};
 use self::frame::Frame;
+use super::codec::{Codec, Decode, Decoded, Encode, SegmentCodec, Source};
 use super::exif::FocalLength;
 use super::header::StoredHeader;
 use super::orientation::Orientation;
-use super::{Decoded, Format, ImageError};
-pub(super) use encode::{ROWS_IN_SEGMENT, RowEncoder, Segment};
-pub(super) use stripped::stripped;
+use super::{Format, ImageError};
 
-const FORMAT: Format = Format::Jpeg;
+impl Format {
+    /// 8 bits, no alpha, ICC profile, lossy.
+    pub const JPEG: Self = Self::new(&CODEC);
+}
+
+const FORMAT: Format = Format::JPEG;
+
+static CODEC: Codec = Codec {
+    name: "JPEG",
+    extensions: &["jpg", "jpeg"],
+    media_type: "image/jpeg",
+    is_start: |bytes| bytes.starts_with(&[0xff, 0xd8, 0xff]),
+    depths: &[(Depth::U8, Encoding::Srgb)],
+    has_alpha: false,
+    is_premultiplied: false,
+    is_lossy: true,
+    compresses: false,
+    max_side: Texture::MAX_SIDE,
+    header,
+    decode: Decode::Whole(|bytes, _| decode(bytes)),
+    encode: Encode::Rows(|spec, icc, options| {
+        Ok(Box::new(RowEncoder::new(spec, icc, options.quality())))
+    }),
+    segments: Some(SegmentCodec {
+        rows: |spec, _| (!spec.channels.has_alpha()).then_some(encode::ROWS_IN_SEGMENT),
+        encode: |spec, options, first_row, texels| {
+            Box::new(Segment::new(spec, options.quality(), first_row, texels))
+        },
+    }),
+    without_metadata: Some(stripped::stripped),
+};
 
 /// Markers without a length: restarts, and those without meaning in a file.
 const ALONE: [u8; 11] = [0x01, 0xd0, 0xd1, 0xd2, 0xd3, 0xd4, 0xd5, 0xd6, 0xd7, 0xd8, 0x00];
@@ -45,8 +76,8 @@ struct Signs {
 }
 
 /// Reads the segments up to the first scan.
-pub(super) fn header(reader: &mut (impl BufRead + Seek)) -> Result<StoredHeader, ImageError> {
-    open(reader).map(|(header, _)| header)
+fn header(mut reader: &mut dyn Source) -> Result<StoredHeader, ImageError> {
+    open(&mut reader).map(|(header, _)| header)
 }
 
 fn open(reader: &mut (impl BufRead + Seek)) -> Result<(StoredHeader, Signs), ImageError> {

@@ -11,7 +11,7 @@ const JFIF_BYTES: usize = 14;
 /// See [`without_metadata`](crate::without_metadata).
 ///
 /// - `exif`: a block to write instead of the file's.
-pub(crate) fn stripped(bytes: &[u8], exif: Option<&[u8]>) -> Option<Vec<u8>> {
+pub(super) fn stripped(bytes: &[u8], exif: Option<&[u8]>) -> Option<Vec<u8>> {
     let mut out = vec![0xff, 0xd8];
     let mut exif = exif.map(|exif| [b"Exif\0\0", exif].concat());
     let mut reader = Cursor::new(bytes);

@@ -16,10 +16,10 @@ use super::image_data::ImageData;
 use super::unfilter::{Unfilter, UnknownFilter};
 use super::{FORMAT, Outline, outline};
 use crate::header::{MAX_ICC_BYTES, StoredHeader};
-use crate::{DeclaredSpace, ImageError};
+use crate::{DeclaredSpace, ImageError, codec};
 
 /// A PNG decoded on demand.
-pub(crate) struct RowDecoder<R: BufRead + Seek> {
+pub(super) struct RowDecoder<R: BufRead + Seek> {
     header: StoredHeader,
     icc: Option<Vec<u8>>,
     conversion: Option<ColorConversion>,
@@ -40,7 +40,7 @@ enum Rows<R: BufRead + Seek> {
 const AT_ONCE: usize = 1 << 17;
 
 impl<R: BufRead + Seek> RowDecoder<R> {
-    pub(crate) fn new(mut source: R, space: DeclaredSpace) -> Result<Self, ImageError> {
+    pub(super) fn new(mut source: R, space: DeclaredSpace) -> Result<Self, ImageError> {
         let io = |error| ImageError::from_io(FORMAT, &error);
         let Outline { header, plain } = outline(&mut source)?;
         source.rewind().map_err(io)?;
@@ -61,80 +61,6 @@ impl<R: BufRead + Seek> RowDecoder<R> {
         let rows_left = header.size.height;
         let bytes = Vec::new();
         Ok(Self { header, icc, conversion, is_sequential, rows, bytes, row_bytes, rows_left })
-    }
-
-    /// The header; the size is as stored.
-    pub(crate) fn header(&self) -> StoredHeader {
-        self.header
-    }
-
-    /// The profile, which precedes the rows.
-    pub(crate) fn icc(&self) -> Option<Vec<u8>> {
-        self.icc.clone()
-    }
-
-    /// Whether rows are stored in order.
-    pub(crate) fn is_sequential(&self) -> bool {
-        self.is_sequential
-    }
-
-    /// Skips rows.
-    pub(crate) fn skip(&mut self, rows: u32) -> Result<(), ImageError> {
-        self.in_parts(rows as usize, |_| {})
-    }
-
-    /// Decodes the next rows into the rows `places` of `texels`. With the last row, the rest of the
-    /// file is verified.
-    pub(crate) fn read(
-        &mut self,
-        texels: &mut Texels,
-        places: Range<u32>,
-    ) -> Result<(), ImageError> {
-        let values = self.header.row_values();
-        let part = places.start as usize * values..places.end as usize * values;
-        match texels {
-            Texels::U8(texels) => {
-                let texels = &mut texels[part];
-                self.rows.read(texels, self.row_bytes)?;
-                self.rows_left -= places.len() as u32;
-                self.convert(texels);
-                self.check_end()
-            }
-            Texels::U16(texels) => {
-                let texels = &mut texels[part];
-                let mut rest = texels.iter_mut();
-                self.in_parts(places.len(), |bytes| {
-                    for (&bytes, value) in bytes.as_chunks().0.iter().zip(&mut rest) {
-                        *value = u16::from_be_bytes(bytes);
-                    }
-                })?;
-                self.convert(texels);
-                Ok(())
-            }
-            Texels::F32(_) => unreachable!("PNG holds integers"),
-        }
-    }
-
-    /// Decodes all rows at once, in any stored order.
-    pub(crate) fn read_all(mut self) -> Result<Texels, ImageError> {
-        let mut data = vec![0; self.row_bytes * self.rows_left as usize];
-        match &mut self.rows {
-            Rows::Other(reader) => {
-                let _ = reader.next_frame(&mut data).map_err(from_png)?;
-            }
-            rows => rows.read(&mut data, self.row_bytes)?,
-        }
-        self.rows_left = 0;
-        self.check_end()?;
-        Ok(if self.header.depth == Depth::U16 {
-            let values = data.as_chunks().0.iter().map(|&bytes| u16::from_be_bytes(bytes));
-            let mut values: Vec<_> = values.collect();
-            self.convert(&mut values);
-            Texels::U16(values)
-        } else {
-            self.convert(&mut data);
-            Texels::U8(data)
-        })
     }
 
     /// Converts decoded texels to sRGB, if they are not.
@@ -169,6 +95,71 @@ impl<R: BufRead + Seek> RowDecoder<R> {
             Rows::Plain(plain) => plain.0.finish(),
             Rows::Other(reader) => reader.finish().map_err(from_png),
         }
+    }
+}
+
+impl<R: BufRead + Seek + Send> codec::RowDecoder for RowDecoder<R> {
+    fn header(&self) -> StoredHeader {
+        self.header
+    }
+
+    fn icc(&self) -> Option<Vec<u8>> {
+        self.icc.clone()
+    }
+
+    fn is_sequential(&self) -> bool {
+        self.is_sequential
+    }
+
+    fn skip(&mut self, rows: u32) -> Result<(), ImageError> {
+        self.in_parts(rows as usize, |_| {})
+    }
+
+    fn read(&mut self, texels: &mut Texels, places: Range<u32>) -> Result<(), ImageError> {
+        let values = self.header.row_values();
+        let part = places.start as usize * values..places.end as usize * values;
+        match texels {
+            Texels::U8(texels) => {
+                let texels = &mut texels[part];
+                self.rows.read(texels, self.row_bytes)?;
+                self.rows_left -= places.len() as u32;
+                self.convert(texels);
+                self.check_end()
+            }
+            Texels::U16(texels) => {
+                let texels = &mut texels[part];
+                let mut rest = texels.iter_mut();
+                self.in_parts(places.len(), |bytes| {
+                    for (&bytes, value) in bytes.as_chunks().0.iter().zip(&mut rest) {
+                        *value = u16::from_be_bytes(bytes);
+                    }
+                })?;
+                self.convert(texels);
+                Ok(())
+            }
+            Texels::F32(_) => unreachable!("PNG holds integers"),
+        }
+    }
+
+    fn read_all(mut self: Box<Self>) -> Result<Texels, ImageError> {
+        let mut data = vec![0; self.row_bytes * self.rows_left as usize];
+        match &mut self.rows {
+            Rows::Other(reader) => {
+                let _ = reader.next_frame(&mut data).map_err(from_png)?;
+            }
+            rows => rows.read(&mut data, self.row_bytes)?,
+        }
+        self.rows_left = 0;
+        self.check_end()?;
+        Ok(if self.header.depth == Depth::U16 {
+            let values = data.as_chunks().0.iter().map(|&bytes| u16::from_be_bytes(bytes));
+            let mut values: Vec<_> = values.collect();
+            self.convert(&mut values);
+            Texels::U16(values)
+        } else {
+            self.convert(&mut data);
+            Texels::U8(data)
+        })
     }
 }
 

@@ -9,6 +9,7 @@
 //! filter is both faster and smaller there. Reading pieces takes a fifth longer than reading Fast
 //! where the image is smooth, and 3 % less where it has grain.
 
+use std::any::Any;
 use std::borrow::Cow;
 use std::io::{self, Write};
 use std::ops::Range;
@@ -21,11 +22,12 @@ use uvgraft::texture::{Channels, Depth, Texels};
 
 use super::FORMAT;
 use super::pieces::{self, Piece, Pieces};
+use crate::codec::{self, EncodedRows, Sink};
 use crate::convert::Conversion;
 use crate::{EncodeError, Loss, TextureSpec};
 
 /// A PNG written while its rows arrive.
-pub(crate) struct RowEncoder {
+pub(super) struct RowEncoder {
     values: Values,
     /// Values converted and compressed at once.
     at_once: usize,
@@ -46,7 +48,7 @@ enum Values {
 }
 
 impl RowEncoder {
-    pub(crate) fn new(
+    pub(super) fn new(
         spec: &TextureSpec,
         mut icc: Option<&[u8]>,
         compress: bool,
@@ -83,13 +85,10 @@ impl RowEncoder {
         let at_once = (pieces::AT_ONCE * pieces::PIECE / bytes).max(1) * row_values;
         Ok(Self { values, at_once, rows, pipe })
     }
+}
 
-    /// Encodes whole rows.
-    pub(crate) fn write(
-        &mut self,
-        texels: &Texels,
-        out: &mut impl Write,
-    ) -> Result<(), EncodeError> {
+impl codec::RowEncoder for RowEncoder {
+    fn write(&mut self, texels: &Texels, out: &mut dyn Sink) -> Result<(), EncodeError> {
         // Everything before the rows.
         self.pipe.drain(out)?;
         let Self { values, at_once, rows, pipe } = self;
@@ -102,12 +101,12 @@ impl RowEncoder {
         Ok(())
     }
 
-    /// Appends a segment, after whole segments only.
-    pub(crate) fn push_segment(
+    fn push_segment(
         &mut self,
-        segment: &Segment,
-        out: &mut impl Write,
+        segment: &dyn EncodedRows,
+        out: &mut dyn Sink,
     ) -> Result<(), EncodeError> {
+        let segment = Segment::of(segment);
         self.pipe.drain(out)?;
         match &mut self.values {
             Values::U8(conversion) => conversion.note_clamped(segment.is_clamped),
@@ -119,8 +118,7 @@ impl RowEncoder {
         }
     }
 
-    /// Writes the remaining data, and returns the losses.
-    pub(crate) fn finish(self, out: &mut impl Write) -> Result<Vec<Loss>, EncodeError> {
+    fn finish(self: Box<Self>, out: &mut dyn Sink) -> Result<Vec<Loss>, EncodeError> {
         match self.rows {
             Rows::Fast(pieces, writer) => {
                 pieces.finish(out)?;
@@ -138,22 +136,27 @@ impl RowEncoder {
 }
 
 /// Number of rows in each segment of a PNG that is written fast, except for the last.
-pub(crate) fn rows_in_segment(spec: &TextureSpec) -> u32 {
+pub(super) fn rows_in_segment(spec: &TextureSpec) -> u32 {
     pieces::rows_in_piece(row_bytes(spec)) as u32
 }
 
 /// A piece of a PNG that is encoded on its own.
 #[derive(Debug)]
-pub(crate) struct Segment {
+pub(super) struct Segment {
     piece: Piece,
     is_clamped: bool,
 }
 
 impl Segment {
+    fn of(rows: &dyn EncodedRows) -> &Self {
+        let rows: &dyn Any = rows;
+        rows.downcast_ref().expect("segments are those of the same format")
+    }
+
     /// Encodes the rows of a segment.
     ///
     /// - `spec`: of the whole image.
-    pub(crate) fn new(spec: &TextureSpec, texels: &Texels, is_first: bool) -> Self {
+    pub(super) fn new(spec: &TextureSpec, texels: &Texels, is_first: bool) -> Self {
         let mut values = Values::new(spec, &mut None);
         let (row, texel) = (row_bytes(spec), row_bytes(spec) / spec.size.width as usize);
         let piece = Piece::new(&values.bytes(texels, 0..texels.len()), row, texel, is_first);
@@ -163,9 +166,10 @@ impl Segment {
         };
         Self { piece, is_clamped }
     }
+}
 
-    /// Bytes that it occupies.
-    pub(crate) fn bytes(&self) -> usize {
+impl EncodedRows for Segment {
+    fn bytes(&self) -> usize {
         self.piece.bytes()
     }
 }
@@ -198,7 +202,7 @@ impl Values {
 }
 
 impl Rows {
-    fn write(&mut self, bytes: &[u8], out: &mut impl Write) -> io::Result<()> {
+    fn write(&mut self, bytes: &[u8], out: &mut dyn Write) -> io::Result<()> {
         match self {
             Self::Fast(pieces, _) => pieces.push(bytes, out),
             Self::Small(stream) => stream.write_all(bytes),
@@ -211,7 +215,7 @@ impl Rows {
 struct Pipe(Arc<Mutex<Vec<u8>>>);
 
 impl Pipe {
-    fn drain(&self, out: &mut impl Write) -> Result<(), EncodeError> {
+    fn drain(&self, out: &mut dyn Write) -> Result<(), EncodeError> {
         let mut bytes = self.0.lock().unwrap_or_else(PoisonError::into_inner);
         out.write_all(&bytes)?;
         bytes.clear();

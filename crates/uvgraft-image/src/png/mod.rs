@@ -15,21 +15,50 @@ mod wave;
 
 use std::io::{self, BufRead, Read, Seek};
 
-use uvgraft::texture::{Channels, Depth};
+use uvgraft::color::Encoding;
+use uvgraft::texture::{Channels, Depth, Texture};
 
-pub(super) use self::decode::RowDecoder;
-pub(super) use self::encode::{RowEncoder, Segment, rows_in_segment};
-pub(super) use self::stripped::stripped;
+use self::decode::RowDecoder;
+use self::encode::{RowEncoder, Segment};
+use super::codec::{Codec, Decode, Encode, SegmentCodec, Source};
 use super::exif::{self, FocalLength};
 use super::header::{StoredHeader, check_size};
 use super::orientation::Orientation;
 use super::{Format, ImageError};
 
-const FORMAT: Format = Format::Png;
+impl Format {
+    /// 8 and 16 bits, alpha, ICC profile, lossless.
+    pub const PNG: Self = Self::new(&CODEC);
+}
+
+const FORMAT: Format = Format::PNG;
+
+static CODEC: Codec = Codec {
+    name: "PNG",
+    extensions: &["png"],
+    media_type: "image/png",
+    is_start: |bytes| bytes.starts_with(b"\x89PNG"),
+    depths: &[(Depth::U8, Encoding::Srgb), (Depth::U16, Encoding::Srgb)],
+    has_alpha: true,
+    is_premultiplied: false,
+    is_lossy: false,
+    compresses: true,
+    max_side: Texture::MAX_SIDE,
+    header,
+    decode: Decode::Rows(|source, space| Ok(Box::new(RowDecoder::new(source, space)?))),
+    encode: Encode::Rows(|spec, icc, options| {
+        Ok(Box::new(RowEncoder::new(spec, icc, options.compress)?))
+    }),
+    segments: Some(SegmentCodec {
+        rows: |spec, options| (!options.compress).then(|| encode::rows_in_segment(spec)),
+        encode: |spec, _, first_row, texels| Box::new(Segment::new(spec, texels, first_row == 0)),
+    }),
+    without_metadata: Some(stripped::stripped),
+};
 
 /// The header of a file that is complete.
-pub(super) fn header(reader: &mut (impl BufRead + Seek)) -> Result<StoredHeader, ImageError> {
-    outline(reader).map(|outline| outline.header)
+fn header(mut reader: &mut dyn Source) -> Result<StoredHeader, ImageError> {
+    outline(&mut reader).map(|outline| outline.header)
 }
 
 /// What the chunks say.

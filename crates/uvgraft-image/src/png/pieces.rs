@@ -61,7 +61,7 @@ impl Pieces {
     }
 
     /// Takes whole unfiltered rows.
-    pub(super) fn push(&mut self, mut rows: &[u8], out: &mut impl Write) -> io::Result<()> {
+    pub(super) fn push(&mut self, mut rows: &[u8], out: &mut dyn Write) -> io::Result<()> {
         let mut pending = std::mem::take(&mut self.pending);
         let mut completed: &[u8] = &[];
         if !pending.is_empty() {
@@ -89,14 +89,14 @@ impl Pieces {
     }
 
     /// Takes a piece that is compressed already, after whole pieces only.
-    pub(super) fn push_piece(&mut self, piece: &Piece, out: &mut impl Write) -> io::Result<()> {
+    pub(super) fn push_piece(&mut self, piece: &Piece, out: &mut dyn Write) -> io::Result<()> {
         self.has_begun = true;
         self.checksum.append(piece.checksum);
         out.write_all(&piece.chunk)
     }
 
     /// Writes the remaining data, and the end of the stream.
-    pub(super) fn finish(mut self, out: &mut impl Write) -> io::Result<()> {
+    pub(super) fn finish(mut self, out: &mut dyn Write) -> io::Result<()> {
         let pending = std::mem::take(&mut self.pending);
         if !pending.is_empty() {
             self.write(&[&pending], out)?;
@@ -109,7 +109,7 @@ impl Pieces {
         out.write_all(&chunk)
     }
 
-    fn write(&mut self, pieces: &[&[u8]], out: &mut impl Write) -> io::Result<()> {
+    fn write(&mut self, pieces: &[&[u8]], out: &mut dyn Write) -> io::Result<()> {
         let count = self.encoders.len().max(pieces.len());
         self.encoders.resize_with(count, PieceEncoder::default);
         let (row_bytes, texel_bytes, has_begun) =

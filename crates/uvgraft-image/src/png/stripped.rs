@@ -9,7 +9,7 @@ const KEPT: [&[u8; 4]; 18] = [
 /// See [`without_metadata`](crate::without_metadata).
 ///
 /// - `exif`: a block to write instead of the file's.
-pub(crate) fn stripped(bytes: &[u8], exif: Option<&[u8]>) -> Option<Vec<u8>> {
+pub(super) fn stripped(bytes: &[u8], exif: Option<&[u8]>) -> Option<Vec<u8>> {
     let (signature, mut rest) = bytes.split_at_checked(8)?;
     let mut out = signature.to_vec();
     loop {

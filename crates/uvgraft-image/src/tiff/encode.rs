@@ -3,7 +3,7 @@
 //! A file is a header, strips, and a directory of 16 entries that says where they are; it has the byte order of no
 //! machine, but always the same.
 
-use std::io::{self, Seek, SeekFrom, Write};
+use std::io::{self, SeekFrom, Write};
 
 use flate2::Compression;
 use flate2::write::ZlibEncoder;
@@ -11,6 +11,7 @@ use uvgraft::texture::{Depth, Texels};
 
 use super::FORMAT;
 use super::tags::{self, compression, extra, kind, photometric, predictor, sample_format};
+use crate::codec::{self, Sink};
 use crate::convert::Conversion;
 use crate::{EncodeError, Loss, TextureSpec};
 
@@ -24,7 +25,7 @@ const CLASSIC_BYTES: u64 = 7 << 29;
 const NO_UNIT: u16 = 1;
 
 /// A TIFF written while its rows arrive.
-pub(crate) struct RowEncoder {
+pub(super) struct RowEncoder {
     spec: TextureSpec,
     icc: Option<Vec<u8>>,
     conversion: AnyConversion,
@@ -49,7 +50,7 @@ enum AnyConversion {
 }
 
 impl RowEncoder {
-    pub(crate) fn new(spec: &TextureSpec, mut icc: Option<&[u8]>, compress: bool) -> Self {
+    pub(super) fn new(spec: &TextureSpec, mut icc: Option<&[u8]>, compress: bool) -> Self {
         let conversion = match spec.depth {
             Depth::U8 => AnyConversion::U8(Conversion::new(spec, FORMAT, &mut icc)),
             Depth::U16 => AnyConversion::U16(Conversion::new(spec, FORMAT, &mut icc)),
@@ -71,12 +72,50 @@ impl RowEncoder {
         }
     }
 
-    /// Encodes the next rows.
-    pub(crate) fn write<W: Write + Seek>(
-        &mut self,
-        texels: &Texels,
-        out: &mut W,
-    ) -> Result<(), EncodeError> {
+    /// Writes the header, with the place of the directory still open. Returns where the file starts.
+    fn start(&mut self, out: &mut dyn Sink) -> io::Result<u64> {
+        if let Some(start) = self.start {
+            return Ok(start);
+        }
+        let start = out.stream_position()?;
+        self.start = Some(start);
+        let header: &[u8] =
+            if self.is_big { b"II\x2b\0\x08\0\0\0\0\0\0\0\0\0\0\0" } else { b"II\x2a\0\0\0\0\0" };
+        self.put(header, out)?;
+        Ok(start)
+    }
+
+    /// Writes a strip.
+    fn flush(&mut self, out: &mut dyn Write) -> io::Result<()> {
+        let mut strip = std::mem::take(&mut self.pending);
+        let at = self.length;
+        if self.compress {
+            if self.spec.depth != Depth::F32 {
+                for row in strip.chunks_exact_mut(self.row_bytes) {
+                    take_differences(row, &self.spec);
+                }
+            }
+            let mut encoder = ZlibEncoder::new(Vec::new(), Compression::default());
+            encoder.write_all(&strip)?;
+            let compressed = encoder.finish()?;
+            self.put(&compressed, out)?;
+        } else {
+            self.put(&strip, out)?;
+        }
+        self.strips.push((at, self.length - at));
+        strip.clear();
+        self.pending = strip;
+        Ok(())
+    }
+
+    fn put(&mut self, bytes: &[u8], out: &mut dyn Write) -> io::Result<()> {
+        self.length += bytes.len() as u64;
+        out.write_all(bytes)
+    }
+}
+
+impl codec::RowEncoder for RowEncoder {
+    fn write(&mut self, texels: &Texels, out: &mut dyn Sink) -> Result<(), EncodeError> {
         self.start(out)?;
         let strip_bytes = self.row_bytes * self.rows_in_strip as usize;
         let row_values = self.spec.row_values();
@@ -103,8 +142,7 @@ impl RowEncoder {
         Ok(())
     }
 
-    /// Writes the directory.
-    pub(crate) fn finish<W: Write + Seek>(mut self, out: &mut W) -> Result<Vec<Loss>, EncodeError> {
+    fn finish(mut self: Box<Self>, out: &mut dyn Sink) -> Result<Vec<Loss>, EncodeError> {
         let start = self.start(out)?;
         if !self.pending.is_empty() {
             self.flush(out)?;
@@ -127,47 +165,6 @@ impl RowEncoder {
             AnyConversion::U16(conversion) => conversion.losses(),
             AnyConversion::F32(conversion) => conversion.losses(),
         })
-    }
-
-    /// Writes the header, with the place of the directory still open. Returns where the file starts.
-    fn start<W: Write + Seek>(&mut self, out: &mut W) -> io::Result<u64> {
-        if let Some(start) = self.start {
-            return Ok(start);
-        }
-        let start = out.stream_position()?;
-        self.start = Some(start);
-        let header: &[u8] =
-            if self.is_big { b"II\x2b\0\x08\0\0\0\0\0\0\0\0\0\0\0" } else { b"II\x2a\0\0\0\0\0" };
-        self.put(header, out)?;
-        Ok(start)
-    }
-
-    /// Writes a strip.
-    fn flush(&mut self, out: &mut impl Write) -> io::Result<()> {
-        let mut strip = std::mem::take(&mut self.pending);
-        let at = self.length;
-        if self.compress {
-            if self.spec.depth != Depth::F32 {
-                for row in strip.chunks_exact_mut(self.row_bytes) {
-                    take_differences(row, &self.spec);
-                }
-            }
-            let mut encoder = ZlibEncoder::new(Vec::new(), Compression::default());
-            encoder.write_all(&strip)?;
-            let compressed = encoder.finish()?;
-            self.put(&compressed, out)?;
-        } else {
-            self.put(&strip, out)?;
-        }
-        self.strips.push((at, self.length - at));
-        strip.clear();
-        self.pending = strip;
-        Ok(())
-    }
-
-    fn put(&mut self, bytes: &[u8], out: &mut impl Write) -> io::Result<()> {
-        self.length += bytes.len() as u64;
-        out.write_all(bytes)
     }
 }
 

@@ -11,21 +11,54 @@ mod tags;
 mod ycbcr;
 
 use std::borrow::Cow;
-use std::io::{BufRead, Cursor, Seek};
+use std::io::{Cursor, Read, Seek};
 
-use uvgraft::texture::{Depth, Texels};
+use uvgraft::color::Encoding;
+use uvgraft::texture::{Depth, Texels, Texture};
 
 use self::chunks::Place;
 use self::directory::{ByteOrder, Directory};
-pub(super) use self::encode::RowEncoder;
+use self::encode::RowEncoder;
 use self::layout::{Color, Layout, Predictor};
 use self::rows::{Stored, StoredRows, indices};
+use super::codec::{Codec, Decode, Decoded, Encode, Source};
 use super::convert::unpremultiply;
 use super::exif::{EXIF_DIRECTORY, FocalLength};
 use super::header::StoredHeader;
-use super::{Decoded, Format, ImageError};
+use super::{Format, ImageError};
 
-const FORMAT: Format = Format::Tiff;
+impl Format {
+    /// 8 and 16 bits and float, alpha, ICC profile, lossless.
+    pub const TIFF: Self = Self::new(&CODEC);
+}
+
+const FORMAT: Format = Format::TIFF;
+
+static CODEC: Codec = Codec {
+    name: "TIFF",
+    extensions: &["tif", "tiff"],
+    media_type: "image/tiff",
+    // The second of each is BigTIFF.
+    is_start: |bytes| matches!(bytes, [b'I', b'I', 42 | 43, 0, ..] | [b'M', b'M', 0, 42 | 43, ..]),
+    // Float is linear like EXR, because painting programs interpret it so.
+    depths: &[
+        (Depth::U8, Encoding::Srgb),
+        (Depth::U16, Encoding::Srgb),
+        (Depth::F32, Encoding::Linear),
+    ],
+    has_alpha: true,
+    is_premultiplied: false,
+    is_lossy: false,
+    compresses: true,
+    max_side: Texture::MAX_SIDE,
+    header,
+    decode: Decode::Whole(|bytes, _| decode(bytes)),
+    encode: Encode::Rows(|spec, icc, options| {
+        Ok(Box::new(RowEncoder::new(spec, icc, options.compress)))
+    }),
+    segments: None,
+    without_metadata: None,
+};
 
 fn damaged(reason: impl std::fmt::Display) -> ImageError {
     ImageError::damaged(FORMAT, reason)
@@ -35,26 +68,25 @@ fn unsupported(found: impl Into<String>, wanted: &'static str) -> ImageError {
     ImageError::Unsupported { format: FORMAT, found: found.into(), wanted }
 }
 
-pub(super) fn header(reader: &mut (impl BufRead + Seek)) -> Result<StoredHeader, ImageError> {
-    Ok(Layout::read(&mut Directory::first(reader)?)?.header)
+fn header(reader: &mut dyn Source) -> Result<StoredHeader, ImageError> {
+    let mut directory = Directory::first(reader)?;
+    let mut header = Layout::read(&mut directory)?.header;
+    header.focal = focal_length(&mut directory).unwrap_or_default();
+    Ok(header)
 }
 
 /// The focal length, which is in a directory of its own. Malformed ones are ignored, as in EXIF
 /// blocks.
-pub(super) fn focal_length(reader: &mut (impl BufRead + Seek)) -> FocalLength {
-    let numbers = || {
-        let mut directory = Directory::first(reader).ok()?;
-        let at = directory.number(EXIF_DIRECTORY).ok()??;
-        directory.go_to(at).ok()?;
-        Some(FocalLength::from_numbers(|tag| match directory.fractions(tag).ok()??[..] {
-            [number] => Some(number),
-            _ => None,
-        }))
-    };
-    numbers().unwrap_or_default()
+fn focal_length(directory: &mut Directory<impl Read + Seek>) -> Option<FocalLength> {
+    let at = directory.number(EXIF_DIRECTORY).ok()??;
+    directory.go_to(at).ok()?;
+    Some(FocalLength::from_numbers(|tag| match directory.fractions(tag).ok()??[..] {
+        [number] => Some(number),
+        _ => None,
+    }))
 }
 
-pub(super) fn decode(bytes: &[u8]) -> Result<Decoded, ImageError> {
+fn decode(bytes: &[u8]) -> Result<Decoded, ImageError> {
     let mut directory = Directory::first(Cursor::new(bytes))?;
     let layout = Layout::read(&mut directory)?;
     let icc = directory.bytes(tags::ICC_PROFILE)?;

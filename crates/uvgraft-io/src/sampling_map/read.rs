@@ -6,7 +6,7 @@ use super::{Convention, MapFileError};
 use crate::arrays::{self, NamedArrays, NumericArray};
 use crate::numpy;
 use uvgraft_files::input::{Input, ReadError};
-use uvgraft_image::{self as image, DeclaredSpace, Format};
+use uvgraft_image as image;
 
 /// Larger files are rejected by [`read`] before they are loaded: enough for an uncompressed image of
 /// the largest size.
@@ -29,9 +29,10 @@ pub fn parse(bytes: &[u8]) -> Result<SamplingMap, MapFileError> {
     let (size, positions) = match bytes {
         _ if bytes.starts_with(numpy::MAGIC) => of_array(&arrays::parse_npy(bytes)?)?,
         [b'P', b'K', ..] => of_reference(&arrays::parse(bytes)?)?,
-        _ if Format::detect(bytes) == Some(Format::Exr) => {
+        #[cfg(feature = "exr")]
+        _ if image::Format::detect(bytes) == Some(image::Format::EXR) => {
             // Positions are no colours.
-            of_st_map(image::decode_with(bytes, DeclaredSpace::Ignored)?.texture)?
+            of_st_map(image::decode_with(bytes, image::DeclaredSpace::Ignored)?.texture)?
         }
         _ => {
             let start = bytes[..bytes.len().min(8)].to_vec();
@@ -114,6 +115,7 @@ fn convention(arrays: &NamedArrays) -> Result<Convention, MapFileError> {
     }
 }
 
+#[cfg(feature = "exr")]
 fn of_st_map(texture: Texture) -> Result<Positions, MapFileError> {
     let (size, channels) = (texture.size(), texture.channels());
     let Texels::F32(values) = texture.into_texels() else { return Err(MapFileError::Channels) };
@@ -135,7 +137,7 @@ fn of_st_map(texture: Texture) -> Result<Positions, MapFileError> {
     Ok((size, positions))
 }
 
-#[cfg(test)]
+#[cfg(all(test, feature = "exr"))]
 mod tests {
     use std::io::Cursor;
 
@@ -205,7 +207,8 @@ mod tests {
         let texture = Texture::new(Size::new(2, 1), channels, encoding, Texels::F32(values));
         let mut exr = Cursor::new(Vec::new());
         let options = image::WriteOptions::default();
-        let _ = image::encode(&texture.unwrap().into(), Format::Exr, &options, &mut exr).unwrap();
+        let _ = image::encode(&texture.unwrap().into(), image::Format::EXR, &options, &mut exr)
+            .unwrap();
         let map = parse(exr.get_ref()).unwrap();
         assert_eq!(map.stats().linked, 1);
         assert_eq!(positions(&map)[0], [0.25, 0.5]);

@@ -28,7 +28,7 @@ pub fn write_st_map(map: &SamplingMap, out: &mut (impl Write + Seek)) -> Result<
     let (channels, depth, encoding) = (Channels::Rgba, Depth::F32, Encoding::Data);
     let spec = TextureSpec { size: map.size(), channels, depth, encoding };
     let options = WriteOptions::default().compress(true);
-    let mut encoder = BandEncoder::new(out, Format::Exr, spec, None, &options)?;
+    let mut encoder = BandEncoder::new(out, Format::EXR, spec, None, &options)?;
     for row in 0..height {
         let mut values = vec![0.0; 4 * width as usize];
         for_each_texel(map, row, |x, [u, v], _| {

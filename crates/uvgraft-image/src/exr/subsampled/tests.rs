@@ -192,7 +192,7 @@ fn other_subsampling_is_refused_by_name() {
     assert!(error.contains("other than a pair of one type"), "{error}");
     let error = refused(channels(), Vec2(22, 37));
     let window = "the data window must be divisible by 2, got 22×37 texels at (-4, 6)";
-    assert_eq!(error, format!("damaged {}: {window}", Format::Exr));
+    assert_eq!(error, format!("damaged {}: {window}", Format::EXR));
 }
 
 #[test]
