@@ -3,8 +3,8 @@
 
 use std::path::PathBuf;
 
+use uvgraft_files::input::ReadError;
 use uvgraft_io::face_networks::{self, FaceModels};
-use uvgraft_io::input::ReadError;
 use uvgraft_pipeline::{Failure, Result};
 
 /// Overrides the path of the LPIPS weights in the user's data folder.

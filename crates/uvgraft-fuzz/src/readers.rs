@@ -10,11 +10,11 @@ use uvgraft::islands::Islands;
 use uvgraft::{Texels, Texture};
 use uvgraft_avatar::body::{BodyKind, BodyModel, Shape};
 use uvgraft_avatar::motion::Motion;
+use uvgraft_files::input::Input;
 use uvgraft_gltf::scene::{MeshChoice, PoseRequest, Scene, contents, read_mesh};
+use uvgraft_image::{self as image, BandDecoder};
 use uvgraft_io::arrays::{NamedArrays, NumericArray};
 use uvgraft_io::face_networks::{self, FaceNetworkFiles};
-use uvgraft_io::image::{self, BandDecoder};
-use uvgraft_io::input::Input;
 use uvgraft_io::lpips_weights;
 use uvgraft_io::{
     arrays, correspondence_table, fate, obj as obj_file, pair_file as pairs, pickle as pickles,

@@ -6,7 +6,7 @@ use std::io::{self, Read};
 use std::path::{Path, PathBuf};
 
 use sha2::{Digest, Sha256};
-use uvgraft_io::input::Input;
+use uvgraft_files::input::Input;
 
 /// Increment when results change within a version of the program.
 const REVISION: u32 = 1;

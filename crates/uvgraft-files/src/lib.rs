@@ -1,0 +1,8 @@
+//! What is read and written: [`input`] reads files, or bytes that stand for one, whole and within a limit;
+//! [`output`] leaves either the old or the new file, never a partial one, and removes what killed processes
+//! left.
+
+#![forbid(unsafe_code)]
+
+pub mod input;
+pub mod output;
