@@ -4,8 +4,8 @@
 use std::path::PathBuf;
 
 use uvgraft_files::input::ReadError;
-use uvgraft_io::face_networks::{self, FaceModels};
 use uvgraft_pipeline::{Failure, Result};
+use uvgraft_selfie::face_networks::{self, FaceModels};
 
 /// Overrides the path of the LPIPS weights in the user's data folder.
 const LPIPS_VARIABLE: &str = "UVGRAFT_WEIGHTS";

@@ -310,10 +310,9 @@ mod tests {
     use uvgraft_avatar::motion::Motion;
     use uvgraft_gltf::scene::{MeshChoice, Scene, read_mesh};
     use uvgraft_image as images;
-    use uvgraft_io::{
-        arrays, ply as ply_file, sampling_map, tflite as models, torch as torch_file,
-    };
+    use uvgraft_io::{arrays, ply as ply_file, sampling_map, torch as torch_file};
     use uvgraft_io::{pickle as pickles, vertex_groups as groups};
+    use uvgraft_selfie::tflite as models;
 
     use super::*;
 

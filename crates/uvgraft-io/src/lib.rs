@@ -11,11 +11,8 @@
 pub mod arrays;
 mod beginning;
 pub mod correspondence_table;
-pub mod face_networks;
 pub mod fate;
 pub mod integers;
-#[cfg(feature = "lpips")]
-pub mod lpips_weights;
 pub mod model_mesh;
 mod numpy;
 pub mod obj;
@@ -24,7 +21,6 @@ pub mod pickle;
 pub mod ply;
 pub mod sampling_map;
 pub mod textured;
-pub mod tflite;
 pub mod torch;
 pub mod tracking;
 pub mod vertex_groups;

@@ -11,8 +11,8 @@ use uvgraft::{
     Pair, SamplingMap, Size, Sizes, Texels, TexelsMut, Texture, resample,
 };
 use uvgraft_image::{self as image, Format, Image, WriteOptions};
-use uvgraft_io::lpips_weights::sdist;
 use uvgraft_metrics::lpips::Lpips;
+use uvgraft_metrics::lpips_weights::sdist;
 use uvgraft_metrics::{self as metrics, Colors, Mask, MetricError};
 use uvgraft_tests::{downloads, real, synthetic};
 

@@ -127,7 +127,7 @@ fn cases() -> Vec<Case> {
         file(
             "CMYK",
             "a.jpg",
-            include_bytes!("../../../uvgraft-io/tests/image_samples/cmyk.jpg").to_vec(),
+            include_bytes!("../../../uvgraft-image/tests/samples/cmyk.jpg").to_vec(),
             Refused("CMYK colours"),
         ),
         file("BMP", "a.bmp", bmp(), Refused("not a supported image")),

@@ -55,7 +55,8 @@ pub fn random_choices(random: &mut fastrand::Rng) -> Vec<u8> {
 mod tests {
     use uvgraft_gltf::scene::Scene;
     use uvgraft_image as image;
-    use uvgraft_io::{arrays, tflite as models, torch as tensors};
+    use uvgraft_io::{arrays, torch as tensors};
+    use uvgraft_selfie::tflite as models;
 
     use super::*;
     use crate::Builder;

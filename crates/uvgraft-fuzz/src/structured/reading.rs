@@ -19,9 +19,9 @@ use uvgraft_gltf::scene::{
 };
 use uvgraft_image::{self as image, BandDecoder, ImageError};
 use uvgraft_io::{
-    arrays, correspondence_table, fate, pickle, sampling_map, tflite, torch, vertex_groups,
-    vertex_map,
+    arrays, correspondence_table, fate, pickle, sampling_map, torch, vertex_groups, vertex_map,
 };
+use uvgraft_selfie::tflite;
 
 use crate::oracle::{ANY_FILE, EACH_BYTE, allowed, within};
 use crate::readers;

