@@ -268,7 +268,7 @@ fn texture(channels: Channels) -> Texture {
     let mut values = Vec::new();
     for texel in 0..size.texels() {
         values.extend((0..channels.count()).map(|channel| match texel / 400 {
-            0 => 77 * (texel / 150 + channel) as u8,
+            0 => (77 * (texel / 150 + channel)) as u8,
             1 => (texel * (channel + 1)) as u8,
             _ => random.u8(..),
         }));
