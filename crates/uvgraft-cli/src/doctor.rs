@@ -8,7 +8,8 @@ use serde::Serialize;
 use uvgraft_avatar::body::{ModelFile, ReadOptions};
 use uvgraft_files::input::Input;
 use uvgraft_gltf::container::{ContainerError, Glb};
-use uvgraft_image::{MAX_BYTES, MAX_WHOLE_TEXELS};
+use uvgraft_image::codec::Codec;
+use uvgraft_image::{Format, MAX_BYTES, MAX_WHOLE_TEXELS};
 use uvgraft_io::pair_file;
 use uvgraft_metrics::lpips::LpipsNetwork;
 
@@ -48,8 +49,9 @@ pub(crate) fn run(args: &Args) -> anyhow::Result<ExitCode> {
     row(
         "images",
         format!(
-            "up to {} GiB decoded; WebP up to {} million texels",
+            "up to {} GiB decoded; {} up to {} million texels",
             MAX_BYTES >> 30,
+            Format::names_of(Codec::is_encoded_whole, "and"),
             MAX_WHOLE_TEXELS / 1_000_000
         ),
     );
