@@ -7,6 +7,7 @@
 use std::path::Path;
 
 use uvgraft::Size;
+use uvgraft::statistics::quantile;
 use uvgraft_metrics::{Colors, Mask};
 
 use crate::scores::Region;
@@ -94,13 +95,7 @@ impl Errors {
     /// number, so that few extremes do not leave the rest dark. If fewer texels differ, the maximum
     /// is used.
     pub(crate) fn top(&self) -> f32 {
-        let mut values: Vec<f32> = self.shown.iter().copied().flatten().collect();
-        let at = (values.len().saturating_sub(1) as f64 * 0.995) as usize;
-        let percentile = if values.is_empty() {
-            0.0
-        } else {
-            *values.select_nth_unstable_by(at, f32::total_cmp).1
-        };
+        let percentile = quantile(self.shown.iter().copied().flatten(), 0.995).unwrap_or(0.0);
         let wanted = if percentile > 0.0 { percentile } else { self.largest };
         nice(wanted)
     }

@@ -4,11 +4,11 @@
 use glam::DVec3;
 use uvgraft::Area;
 use uvgraft::easing::smoothstep;
+use uvgraft::statistics::median_color;
 use uvgraft::surface_field::Smoothness;
 use uvgraft::surface_index::SurfacePoint;
 use uvgraft::threads::map_indices;
 
-use crate::color_model::median_color;
 use crate::head::Head;
 use crate::layout_texels::LayoutTexels;
 use crate::mirror::Mirror;

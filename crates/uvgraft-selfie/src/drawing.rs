@@ -7,6 +7,7 @@
 
 use glam::DVec3;
 use uvgraft::color::{linear_from_srgb, srgb_from_linear};
+use uvgraft::statistics::median;
 use uvgraft::surface_index::{SurfaceIndex, SurfacePoint};
 use uvgraft::threads::map_indices;
 use uvgraft::{Anatomy, Area, Channels, Depth, Encoding, Mesh, Size, Texels, Texture};
@@ -203,11 +204,7 @@ impl View<'_> {
                 }
             }
         }
-        if below_forehead.is_empty() {
-            return None;
-        }
-        let middle = below_forehead.len() / 2;
-        let usual = *below_forehead.select_nth_unstable_by(middle, f64::total_cmp).1;
+        let usual = median(below_forehead)?;
         reflections.retain(|reflection| reflection.factors[1] > DARKEST * usual);
         Irradiance::new(&reflections)
     }

@@ -14,6 +14,7 @@
 use glam::{DMat3, DQuat, DVec3};
 use uvgraft::Size;
 use uvgraft::easing::smoothstep_f64;
+use uvgraft::statistics::median;
 use uvgraft::surface_field::{FieldValue, Smoothness};
 
 use crate::average_pose;
@@ -119,8 +120,8 @@ impl Fit {
             .zip(pixels)
             .map(|(photo, pixels)| View::new((head, &drawing), &rest, photo, pixels))
             .collect::<Option<Vec<View>>>()?;
-        let mismatches = views.iter().map(|view| view.mismatch(head, &rest)).collect();
-        let belief = average_pose::belief(median(mismatches));
+        let mismatches = views.iter().map(|view| view.mismatch(head, &rest));
+        let belief = average_pose::belief(median(mismatches).unwrap_or(f64::NAN));
         for (view, pixels) in views.iter_mut().zip(pixels) {
             view.believe_average((head, &drawing), &rest, pixels, belief);
         }
@@ -351,17 +352,8 @@ impl View {
             let [x, y, _] = self.camera.project(point);
             (x - seen[0]).hypot(y - seen[1])
         };
-        median(certain.map(distance).collect())
+        median(certain.map(distance)).unwrap_or(f64::NAN)
     }
-}
-
-/// The upper of the two middle values if there are two; NaN of none.
-fn median(mut values: Vec<f64>) -> f64 {
-    let middle = values.len() / 2;
-    if values.is_empty() {
-        return f64::NAN;
-    }
-    *values.select_nth_unstable_by(middle, f64::total_cmp).1
 }
 
 /// Where photographs put landmarks, as displacements from where they are.

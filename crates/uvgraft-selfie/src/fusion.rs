@@ -7,6 +7,7 @@
 
 use uvgraft::Size;
 use uvgraft::easing::smoothstep;
+use uvgraft::statistics::median;
 use uvgraft::threads::{for_each, map_indices};
 
 use crate::raster::Squares;
@@ -132,9 +133,7 @@ impl Fusion {
         Some(std::array::from_fn(|k| {
             let ratio =
                 |&texel: &usize| (self.color(texel)[k] + 0.01) / (layer.colors[texel][k] + 0.01);
-            let mut ratios: Vec<f32> = both.iter().step_by(step).map(ratio).collect();
-            let middle = ratios.len() / 2;
-            ratios.select_nth_unstable_by(middle, f32::total_cmp).1.clamp(0.3, 3.0)
+            median(both.iter().step_by(step).map(ratio)).unwrap_or(1.0).clamp(0.3, 3.0)
         }))
     }
 

@@ -1,9 +1,9 @@
 //! The colours of the eyes in a photograph.
 
 use uvgraft::Texture;
+use uvgraft::statistics::median_color;
 use uvgraft_avatar::eyes::EyeColors;
 
-use crate::color_model::median_color;
 use crate::outline::{FaceOutlines, Outline};
 
 /// Radius of an iris, in distances between the eyes: 5.9 of 63 mm.

@@ -9,6 +9,7 @@
 use glam::DVec3;
 use nalgebra::{SMatrix, SVector};
 use uvgraft::color::{linear_from_srgb, srgb_from_linear};
+use uvgraft::statistics::median;
 
 /// How much of the light is taken out.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
@@ -189,9 +190,7 @@ fn fitted(bases: &[Vector], values: &[f64], weights: &[f64]) -> Option<Vector> {
             .zip(values)
             .map(|(basis, value)| (basis.dot(&found) - value).abs())
             .collect();
-        let middle = residuals.len() / 2;
-        let scale = *residuals.clone().select_nth_unstable_by(middle, f64::total_cmp).1;
-        let scale = (2.0 * scale).max(1e-4);
+        let scale = (2.0 * median(residuals.iter().copied())?).max(1e-4);
         for (robust, residual) in robust.iter_mut().zip(residuals) {
             *robust = 1.0 / (1.0 + (residual / scale).powi(2));
         }

@@ -5,6 +5,7 @@ use crate::color::{Encoding, lab};
 use crate::mesh::Mesh;
 use crate::piece::{mixed, wide};
 use crate::sampler::Sampler;
+use crate::statistics::{median, median_color};
 use crate::texture::Texture;
 use crate::threads::map_indices;
 
@@ -73,14 +74,9 @@ pub fn without_outliers(colors: Vec<Rgb>) -> Option<Vec<Rgb>> {
         return None;
     }
     let labs: Vec<[f32; 3]> = colors.iter().map(|&rgb| lab(rgb)).collect();
-    let center = [0, 1, 2].map(|k| median(labs.iter().map(|lab| lab[k]).collect()));
+    let center = median_color(labs.iter().copied())?;
     let dist = |lab: &[f32; 3]| (0..3).map(|k| (lab[k] - center[k]).powi(2)).sum::<f32>().sqrt();
-    let reach = (3.0 * median(labs.iter().map(dist).collect())).max(8.0);
+    let reach = (3.0 * median(labs.iter().map(dist))?).max(8.0);
     let kept = colors.into_iter().zip(&labs).filter(|(_, lab)| dist(lab) <= reach);
     Some(kept.map(|(rgb, _)| rgb).collect())
-}
-
-fn median(mut values: Vec<f32>) -> f32 {
-    let half = values.len() / 2;
-    *values.select_nth_unstable_by(half, f32::total_cmp).1
 }

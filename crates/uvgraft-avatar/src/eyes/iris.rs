@@ -1,5 +1,7 @@
 //! The colour of irises in a texture.
 
+use uvgraft::statistics::median_color;
+
 use super::gaze::Gaze;
 use crate::paint::texel::{Color, luma};
 
@@ -66,8 +68,8 @@ fn color(samples: &Samples) -> Option<Color> {
     for colors in [&mut iris, &mut white] {
         colors.sort_by(|&a, &b| luma(a).total_cmp(&luma(b)));
     }
-    let iris = median(&iris[iris.len() / 8..iris.len() - iris.len() / 4]);
-    let white = median(&white[white.len() / 4..]);
+    let iris = median_color(iris[iris.len() / 8..iris.len() - iris.len() / 4].iter().copied())?;
+    let white = median_color(white[white.len() / 4..].iter().copied())?;
     (difference(iris, white) > CLEAR && luma(iris) < luma(white)).then_some(iris)
 }
 
@@ -82,14 +84,6 @@ pub(super) fn white(eyes: &[Samples]) -> Option<f32> {
         (lumas.len() >= FEWEST).then(|| lumas[lumas.len() * 3 / 4])
     };
     eyes.iter().filter_map(of).reduce(f32::max)
-}
-
-fn median(colors: &[Color]) -> Color {
-    std::array::from_fn(|k| {
-        let mut values: Vec<f32> = colors.iter().map(|color| color[k]).collect();
-        values.sort_by(f32::total_cmp);
-        values.get(values.len() / 2).copied().unwrap_or(0.0)
-    })
 }
 
 /// CIE 1976 colour difference.

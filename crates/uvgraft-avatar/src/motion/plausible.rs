@@ -5,6 +5,7 @@ use std::fmt::{self, Display};
 
 use glam::Vec3;
 use uvgraft::Choice;
+use uvgraft::statistics::median;
 
 use super::Motion;
 use super::up::{Posture, UpAxis};
@@ -104,9 +105,7 @@ impl Motion {
 
     fn median_height(&self, up: UpAxis) -> f32 {
         let height = |frame| (up.upright() * Vec3::from(self.translation(frame))).y;
-        let mut heights: Vec<f32> = (0..self.frames()).map(height).collect();
-        heights.sort_by(f32::total_cmp);
-        heights[heights.len() / 2]
+        median((0..self.frames()).map(height)).unwrap_or_default()
     }
 }
 

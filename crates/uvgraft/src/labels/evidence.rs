@@ -5,6 +5,7 @@ use super::head::HeadLayout;
 use crate::color::LabTables;
 use crate::layout_grid::{GridColors, LayoutGrid, NONE};
 use crate::skin::{SkinError, SkinModel};
+use crate::statistics::order_statistic;
 use crate::threads::map_indices;
 
 /// Colour evidence for each texel of the grid.
@@ -129,18 +130,12 @@ fn steps(head: &HeadLayout, colors: &GridColors) -> Steps {
     });
     let mut steps = Steps { lab, noise: 0.0 };
     let cheeks = (0..plain.len() as u32).filter(|&texel| head.areas.cheeks[texel as usize] >= 0.5);
-    let mut changes: Vec<f32> = cheeks
+    let changes = cheeks
         .flat_map(|texel| grid.neighbours(texel).map(move |near| (texel, near)))
         .filter(|&(texel, near)| texel < near)
         .map(|(texel, near)| distance(steps.lab[texel as usize], steps.lab[near as usize]))
-        .filter(|change| change.is_finite())
-        .collect();
-    let most = changes.len() * 9 / 10;
-    let noise = if changes.is_empty() {
-        0.0
-    } else {
-        *changes.select_nth_unstable_by(most, f32::total_cmp).1
-    };
+        .filter(|change| change.is_finite());
+    let noise = order_statistic(changes, |count| count * 9 / 10).unwrap_or(0.0);
     steps.noise = (1.2 * noise).clamp(0.6, 4.0);
     steps
 }

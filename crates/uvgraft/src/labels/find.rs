@@ -9,6 +9,7 @@ use super::head::HeadLayout;
 use super::{Label, LabelError, Labels};
 use crate::easing::smoothstep;
 use crate::layout_grid::{GridColors, LayoutGrid, NONE};
+use crate::statistics::median;
 use crate::texture::Texture;
 use crate::threads::map_indices;
 
@@ -264,14 +265,8 @@ impl<'a> Finder<'a> {
     /// The lightness of hair relative to skin; `None` for hair that is not clearly darker.
     fn darkness_of_hair(&self, found: &[bool]) -> Option<f32> {
         let is_hair = |texel: &usize| found[*texel] && self.head.areas.scalp[*texel] >= 0.5;
-        let mut light: Vec<f32> =
-            (0..found.len()).filter(is_hair).map(|texel| self.evidence.light[texel]).collect();
-        if light.is_empty() {
-            return None;
-        }
-        let half = light.len() / 2;
-        let median = *light.select_nth_unstable_by(half, f32::total_cmp).1;
-        (median < -0.6).then(|| median.exp())
+        let light = (0..found.len()).filter(is_hair).map(|texel| self.evidence.light[texel]);
+        median(light).filter(|&light| light < -0.6).map(f32::exp)
     }
 
     /// Adds beards: regions on jaw, cheeks and neck that are darker or paler than skin and

@@ -7,8 +7,9 @@ use super::register::Goal;
 use super::shape::Shape;
 use super::worn::worn;
 use crate::anatomy::{self, Anatomy, AnatomyError, HeadFrame, Landmark};
-use crate::correspond::similarity::{Similarity, median};
+use crate::correspond::similarity::Similarity;
 use crate::mesh::Mesh;
+use crate::statistics::median;
 use crate::threads::map_indices;
 
 /// Landmarks on the skin that are the same place of any head. Foremost points (of nose, chin and
@@ -123,15 +124,12 @@ fn misfit(target: &Shape, goal: &Goal, transform: &Similarity, unit: f64) -> f64
     let distance = |from: &Shape, to: &Goal| {
         let normals = from.normals();
         let step = (from.points.len() / SAMPLES).max(1);
-        let distances: Vec<f64> = (0..from.points.len())
-            .step_by(step)
-            .map(|index| {
-                let [point, normal] = [from.points[index], normals[index]];
-                let partner = to.partner(Kind::ANY, point, normal, REACH * unit, COMPATIBLE);
-                partner.map_or(REACH * unit, |partner| partner.distance)
-            })
-            .collect();
-        median(&distances)
+        let distances = (0..from.points.len()).step_by(step).map(|index| {
+            let [point, normal] = [from.points[index], normals[index]];
+            let partner = to.partner(Kind::ANY, point, normal, REACH * unit, COMPATIBLE);
+            partner.map_or(REACH * unit, |partner| partner.distance)
+        });
+        median(distances).unwrap_or(0.0)
     };
     distance(&target.shape, goal).min(distance(&goal.shape, &target))
 }
@@ -162,7 +160,7 @@ pub(super) fn refine(
         let pairs: Vec<[DVec3; 2]> = partners.into_iter().flatten().collect();
         let distances = found.distances(&pairs);
         // Tukey's biweight at six medians: details that differ don't pull.
-        let reach = (6.0 * median(&distances)).max(1e-9 * unit);
+        let reach = (6.0 * median(distances.iter().copied()).unwrap_or(0.0)).max(1e-9 * unit);
         let weight = |distance: &f64| (1.0 - (distance / reach).powi(2)).max(0.0).powi(2);
         let weights: Vec<f64> = distances.iter().map(weight).collect();
         let Some(next) = Similarity::between(&pairs, &weights, scales) else { break };

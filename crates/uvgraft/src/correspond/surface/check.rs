@@ -9,8 +9,8 @@ use super::overlay::Overlay;
 use super::shape::Shape;
 use super::{Placement, SurfaceError, anchors};
 use crate::anatomy::{Anatomy, Area};
-use crate::correspond::similarity::median;
 use crate::mesh::Mesh;
+use crate::statistics::median;
 
 /// How far landmarks of both heads may be apart after registration, in distances between the eyes.
 /// Where heads were right they were apart by up to 0.23, where they were turned by half at least 1.3.
@@ -69,12 +69,11 @@ fn on_face(source: &Mesh, head: &Anatomy, laid: &Overlay) -> Vec<usize> {
 
 /// The median angle between triangles before and after registration, in degrees; `None` without any.
 fn turned(triangles: &[usize], rest: &Shape, registered: &Shape) -> Option<f64> {
-    let angles: Vec<f64> = triangles
+    let angles = triangles
         .iter()
         .map(|&triangle| rest.area_vector(triangle).angle_between(registered.area_vector(triangle)))
-        .filter(|angle| angle.is_finite())
-        .collect();
-    (!angles.is_empty()).then(|| median(&angles).to_degrees())
+        .filter(|angle| angle.is_finite());
+    median(angles).map(f64::to_degrees)
 }
 
 /// Refuses landmarks of both heads that lie apart.

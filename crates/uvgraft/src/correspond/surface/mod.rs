@@ -24,11 +24,12 @@ pub(super) use self::placed::placed;
 use self::register::{Anchors, Goal};
 use self::shape::Shape;
 use self::worn::component_count;
-use super::similarity::{Similarity, median};
+use super::similarity::Similarity;
 use crate::anatomy::{self, AnatomyError, Landmark};
 use crate::mesh::Mesh;
 use crate::piece::Piece;
 use crate::sparse::Filled;
+use crate::statistics::median;
 use crate::surface::Surface;
 use crate::triangle_tree::{Bounds, Effort};
 
@@ -406,8 +407,7 @@ fn closeness(target: &Shape, goal: &Goal, size: f64) -> f64 {
         goal.tree.nearest(point, f64::INFINITY, |_| true).map_or(f64::INFINITY, |at| at.distance)
     };
     let step = (target.points.len() / 2000).max(1);
-    let distances: Vec<f64> = target.points.iter().step_by(step).map(distance).collect();
-    median(&distances) / size
+    median(target.points.iter().step_by(step).map(distance)).unwrap_or(0.0) / size
 }
 
 /// The positions of given landmarks, target first.

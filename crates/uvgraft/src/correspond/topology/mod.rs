@@ -20,11 +20,12 @@ use self::growth::{Grown, Match, Work};
 use self::net::{NONE, Net, merged_triangles, polygons};
 use self::one_side::one_side;
 use self::signature::Candidates;
-use super::similarity::{Similarity, median};
+use super::similarity::Similarity;
 use super::vertex_map::link_faces;
 use crate::disjoint::DisjointSets;
 use crate::mesh::Mesh;
 use crate::piece::Piece;
+use crate::statistics::median;
 use crate::surface::Surface;
 
 /// Least share of the smaller mesh's polygons that must be found in the other.
@@ -460,8 +461,8 @@ impl<'a> Search<'a> {
         let offsets: Vec<DVec3> =
             pairs.iter().map(|&[from, to]| to - aligned.apply(from)).collect();
         let mean = offsets.iter().sum::<DVec3>() / offsets.len().max(1) as f64;
-        let deviations: Vec<f64> = offsets.iter().map(|offset| offset.distance(mean)).collect();
-        (mean.length() + median(&deviations)) / extent.max(f64::MIN_POSITIVE)
+        let deviation = median(offsets.iter().map(|offset| offset.distance(mean))).unwrap_or(0.0);
+        (mean.length() + deviation) / extent.max(f64::MIN_POSITIVE)
     }
 
     fn pairs(&self, points: &[u32]) -> Vec<[DVec3; 2]> {

@@ -11,6 +11,7 @@ use super::steps::Steps;
 use crate::easing::smoothstep;
 use crate::layout_grid::{GridColors, NONE};
 use crate::skin::{Deviation, SkinError, SkinModel};
+use crate::statistics::median;
 use crate::threads::{for_each_chunk, map_indices};
 
 /// Growth of skin may cross colour steps of this total, in ΔE.
@@ -215,10 +216,8 @@ impl<'a> Decision<'a> {
         let step = part.len().div_ceil(MAX_COLORS).max(1);
         let median = |value: fn(&Deviation) -> f32| {
             let texels = part.iter().step_by(step);
-            let mut values: Vec<f32> =
-                texels.map(|&texel| value(&self.deviation[texel as usize])).collect();
-            let middle = values.len() / 2;
-            *values.select_nth_unstable_by(middle, f32::total_cmp).1
+            let values = texels.map(|&texel| value(&self.deviation[texel as usize]));
+            median(values).unwrap_or_default()
         };
         Likeness {
             hue: median(|deviation| deviation.hue),

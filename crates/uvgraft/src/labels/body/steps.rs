@@ -10,6 +10,7 @@ use super::layout::BodyLayout;
 use super::taps::next_texel;
 use crate::layout_grid::{GridColors, LayoutGrid, NONE};
 use crate::simd::dispatch;
+use crate::statistics::order_statistic;
 use crate::threads::{for_each, map_indices};
 
 /// Costs are in 1/16 ΔE.
@@ -311,10 +312,6 @@ fn slope(grid: &LayoutGrid, values: &[Lab], texel: usize, side: usize) -> Option
 }
 
 /// The noise level of an area: [`NOISE`] times the 90th percentile of its texels' steepness.
-fn noise_of(mut edges: Vec<f32>) -> f32 {
-    if edges.is_empty() {
-        return 0.0;
-    }
-    let most = edges.len() * 9 / 10;
-    NOISE * *edges.select_nth_unstable_by(most, f32::total_cmp).1
+fn noise_of(edges: Vec<f32>) -> f32 {
+    NOISE * order_statistic(edges, |count| count * 9 / 10).unwrap_or(0.0)
 }
