@@ -1,6 +1,7 @@
 //! The colours of the eyes in a photograph.
 
 use uvgraft::Texture;
+use uvgraft::color::luma;
 use uvgraft::statistics::median_color;
 use uvgraft_avatar::eyes::EyeColors;
 
@@ -85,8 +86,4 @@ fn color(photo: &Texture, [x, y]: [f64; 2]) -> [f32; 3] {
     std::array::from_fn(|k| {
         if is_linear { uvgraft::color::srgb_from_linear(value(k)) } else { value(k) }
     })
-}
-
-fn luma([r, g, b]: [f32; 3]) -> f32 {
-    0.2126 * r + 0.7152 * g + 0.0722 * b
 }

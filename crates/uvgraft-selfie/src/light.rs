@@ -8,7 +8,7 @@
 
 use glam::DVec3;
 use nalgebra::{SMatrix, SVector};
-use uvgraft::color::{linear_from_srgb, srgb_from_linear};
+use uvgraft::color::{linear_from_srgb, luminance, srgb_from_linear};
 use uvgraft::statistics::median;
 
 /// How much of the light is taken out.
@@ -156,10 +156,6 @@ impl Light {
         }
         even.map(|even| srgb_from_linear((even * factor) as f32))
     }
-}
-
-fn luminance([r, g, b]: [f64; 3]) -> f64 {
-    0.2126 * r + 0.7152 * g + 0.0722 * b
 }
 
 /// Weighted least squares, a few times, with weights that fade with the residual relative to the

@@ -1,7 +1,7 @@
 //! Colours of a texture within anatomical areas of a head, and their typical values.
 
 use crate::anatomy::{Anatomy, Area};
-use crate::color::{Encoding, lab};
+use crate::color::{Encoding, lab, lab_distance};
 use crate::mesh::Mesh;
 use crate::piece::{mixed, wide};
 use crate::sampler::Sampler;
@@ -75,7 +75,7 @@ pub fn without_outliers(colors: Vec<Rgb>) -> Option<Vec<Rgb>> {
     }
     let labs: Vec<[f32; 3]> = colors.iter().map(|&rgb| lab(rgb)).collect();
     let center = median_color(labs.iter().copied())?;
-    let dist = |lab: &[f32; 3]| (0..3).map(|k| (lab[k] - center[k]).powi(2)).sum::<f32>().sqrt();
+    let dist = |lab: &[f32; 3]| lab_distance(*lab, center);
     let reach = (3.0 * median(labs.iter().map(dist))?).max(8.0);
     let kept = colors.into_iter().zip(&labs).filter(|(_, lab)| dist(lab) <= reach);
     Some(kept.map(|(rgb, _)| rgb).collect())

@@ -1,6 +1,6 @@
 //! Point samples of a texture.
 
-use crate::color::{Encoding, linear_from_srgb, srgb_from_linear};
+use crate::color::{Encoding, linear_from_srgb, luma, srgb_from_linear};
 use crate::texture::{Size, Texture};
 
 /// Samples a texture bilinearly; beyond its edge the edge texels repeat.
@@ -53,10 +53,10 @@ impl<'a> Sampler<'a> {
         [convert(r), convert(g), convert(b), alpha]
     }
 
-    /// Rec. 709 weighted brightness of the encoded colours, times alpha.
+    /// Luma of the colours as stored, times alpha.
     pub fn brightness(self, uv: [f64; 2]) -> f32 {
         let [r, g, b, alpha] = self.rgba(uv);
-        (0.2126 * r + 0.7152 * g + 0.0722 * b) * alpha
+        luma([r, g, b]) * alpha
     }
 
     fn texel(self, x: u32, y: u32) -> [f32; 4] {

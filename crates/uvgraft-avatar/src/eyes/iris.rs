@@ -1,9 +1,10 @@
 //! The colour of irises in a texture.
 
+use uvgraft::color::{lab, lab_distance, luma};
 use uvgraft::statistics::median_color;
 
 use super::gaze::Gaze;
-use crate::paint::texel::{Color, luma};
+use crate::paint::texel::Color;
 
 /// Minimum number of texels for a colour.
 const FEWEST: usize = 12;
@@ -70,7 +71,7 @@ fn color(samples: &Samples) -> Option<Color> {
     }
     let iris = median_color(iris[iris.len() / 8..iris.len() - iris.len() / 4].iter().copied())?;
     let white = median_color(white[white.len() / 4..].iter().copied())?;
-    (difference(iris, white) > CLEAR && luma(iris) < luma(white)).then_some(iris)
+    (lab_distance(lab(iris), lab(white)) > CLEAR && luma(iris) < luma(white)).then_some(iris)
 }
 
 /// Luma of the white of the eyes in a texture: captures have lighting baked in, and a painted
@@ -84,22 +85,6 @@ pub(super) fn white(eyes: &[Samples]) -> Option<f32> {
         (lumas.len() >= FEWEST).then(|| lumas[lumas.len() * 3 / 4])
     };
     eyes.iter().filter_map(of).reduce(f32::max)
-}
-
-/// CIE 1976 colour difference.
-fn difference(a: Color, b: Color) -> f32 {
-    let [a, b] = [a, b].map(lab);
-    (0..3).map(|k| (a[k] - b[k]).powi(2)).sum::<f32>().sqrt()
-}
-
-/// CIE L*a*b* of an sRGB colour under D65.
-fn lab(color: Color) -> [f32; 3] {
-    let [r, g, b] = color.map(uvgraft::color::linear_from_srgb);
-    let x = (0.4124 * r + 0.3576 * g + 0.1805 * b) / 0.9505;
-    let y = 0.2126 * r + 0.7152 * g + 0.0722 * b;
-    let z = (0.0193 * r + 0.1192 * g + 0.9505 * b) / 1.089;
-    let f = |t: f32| if t > 0.008_856 { t.cbrt() } else { 7.787 * t + 16.0 / 116.0 };
-    [116.0 * f(y) - 16.0, 500.0 * (f(x) - f(y)), 200.0 * (f(y) - f(z))]
 }
 
 #[cfg(test)]

@@ -2,7 +2,7 @@
 
 use super::geodesic::Steps;
 use super::head::HeadLayout;
-use crate::color::LabTables;
+use crate::color::{LabTables, lab_distance};
 use crate::layout_grid::{GridColors, LayoutGrid, NONE};
 use crate::skin::{SkinError, SkinModel};
 use crate::statistics::order_statistic;
@@ -133,15 +133,11 @@ fn steps(head: &HeadLayout, colors: &GridColors) -> Steps {
     let changes = cheeks
         .flat_map(|texel| grid.neighbours(texel).map(move |near| (texel, near)))
         .filter(|&(texel, near)| texel < near)
-        .map(|(texel, near)| distance(steps.lab[texel as usize], steps.lab[near as usize]))
+        .map(|(texel, near)| lab_distance(steps.lab[texel as usize], steps.lab[near as usize]))
         .filter(|change| change.is_finite());
     let noise = order_statistic(changes, |count| count * 9 / 10).unwrap_or(0.0);
     steps.noise = (1.2 * noise).clamp(0.6, 4.0);
     steps
-}
-
-fn distance(a: [f32; 3], b: [f32; 3]) -> f32 {
-    (0..3).map(|k| (a[k] - b[k]).powi(2)).sum::<f32>().sqrt()
 }
 
 /// A smooth local mean of a value that only some texels have, defined everywhere.
