@@ -12,7 +12,7 @@ use uvgraft::threads::map_indices;
 use crate::head::Head;
 use crate::layout_texels::LayoutTexels;
 use crate::mirror::Mirror;
-use crate::raster::{Squares, bilinear};
+use crate::raster::{Squares, sample};
 
 /// Smoothness of colours that spread over the surface, in eye distances.
 const SPREAD: Smoothness = Smoothness { bending: 0.02, membrane: 0.5 };
@@ -89,7 +89,7 @@ impl<'a> Completion<'a> {
             if known < 1.0
                 && let Some(uv) = mirror.uv(self.texels, texel)
             {
-                let [mr, mg, mb, known] = bilinear(size, &packed, uv);
+                let [mr, mg, mb, known] = sample(size, &packed, uv);
                 let share = smoothstep(0.3, 0.9, known);
                 filled = mixed(filled, [mr, mg, mb], share);
             }

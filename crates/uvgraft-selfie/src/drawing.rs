@@ -17,7 +17,7 @@ use crate::components::Components;
 use crate::depth_map::{DepthMap, NOTHING};
 use crate::light::{Irradiance, Reflection};
 use crate::normals::normals;
-use crate::pixels::nearest_four;
+use crate::pixels;
 
 /// Width and height of a drawing.
 pub(crate) const SIZE: Size = Size::square(640);
@@ -104,10 +104,12 @@ impl<'a> Drawing<'a> {
     fn color(&self, at: &SurfacePoint) -> [f32; 3] {
         if let Some(texture) = self.texture {
             let uv = self.mesh.uv_triangle(at.face as usize);
-            let uv: [f32; 2] = std::array::from_fn(|axis| {
-                (0..3).map(|k| at.weights[k] as f32 * uv[k][axis]).sum()
+            let sides = [texture.size().width, texture.size().height];
+            let at_px = std::array::from_fn(|axis| {
+                let uv = (0..3).map(|k| at.weights[k] * f64::from(uv[k][axis])).sum::<f64>();
+                uv * f64::from(sides[axis])
             });
-            return nearest_four(texture, uv);
+            return pixels::color(texture, at_px);
         }
         let corners = self.mesh.faces()[at.face as usize].map(|vertex| vertex as usize);
         std::array::from_fn(|channel| {

@@ -65,7 +65,7 @@ pub mod resample;
 mod resampler;
 mod resize;
 mod rotation;
-mod sampler;
+pub mod sampler;
 mod simd;
 pub mod skin;
 pub mod source_layout;

@@ -7,7 +7,9 @@
 //! Bazarevsky et al., "BlazeFace: Sub-millisecond Neural Face Detection on Mobile GPUs", 2019, also for
 //! averaging overlapping boxes instead of dropping all but one.
 
-use super::picture::{Crop, Outside, Picture};
+use uvgraft::sampler::Beyond;
+
+use super::picture::{Crop, Picture};
 use crate::network::{Network, NetworkError};
 
 /// Texels of the network's input along a side.
@@ -48,7 +50,7 @@ pub(super) fn detect(
     crop: &Crop,
     least_score: f64,
 ) -> Vec<Detection> {
-    let colors = picture.crop(crop, RESOLUTION, Outside::Black);
+    let colors = picture.crop(crop, RESOLUTION, Beyond::Zero);
     let input: Vec<f32> = colors.as_flattened().iter().map(|value| value * 2.0 - 1.0).collect();
     // The network was checked when it was loaded.
     let Ok(mut outputs) = network.run(&input) else { return Vec::new() };

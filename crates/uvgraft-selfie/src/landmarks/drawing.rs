@@ -1,7 +1,9 @@
 //! Tells drawings from photographs, which the networks cannot do.
 
+use uvgraft::sampler::Beyond;
+
 use super::FoundFace;
-use super::picture::{Crop, Outside, Picture};
+use super::picture::{Crop, Picture};
 
 /// Texels along a side in which a face is looked at.
 const RESOLUTION: usize = 96;
@@ -16,7 +18,7 @@ const ELLIPSE: [f64; 2] = [0.4, 0.45];
 /// and noise everywhere; drawings are filled with single colours.
 pub(super) fn flat_part(picture: &Picture<'_>, face: &FoundFace) -> f64 {
     let crop = Crop { center: face.center, side: face.size(), angle: face.eye_angle() };
-    let colors = picture.crop(&crop, RESOLUTION, Outside::Nearest);
+    let colors = picture.crop(&crop, RESOLUTION, Beyond::Edge);
     let (mut flat, mut all) = (0, 0);
     for row in 0..RESOLUTION - 1 {
         for column in 0..RESOLUTION - 1 {

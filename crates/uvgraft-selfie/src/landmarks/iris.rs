@@ -6,7 +6,9 @@
 //! Ablavatski et al., "Real-time Pupil Tracking from Monocular Video for Digital Puppetry", 2020, and
 //! the graph `iris_landmark` of MediaPipe for the margins of crops.
 
-use super::picture::{Crop, Outside, Picture};
+use uvgraft::sampler::Beyond;
+
+use super::picture::{Crop, Picture};
 use crate::network::{Network, NetworkError};
 
 /// Texels of the network's input along a side.
@@ -59,7 +61,7 @@ pub(super) fn find(network: &Network, picture: &Picture<'_>, points: &[[f64; 3]]
 }
 
 fn in_crop(network: &Network, picture: &Picture<'_>, crop: &Crop, is_mirrored: bool) -> Iris {
-    let mut colors = picture.crop(crop, RESOLUTION, Outside::Nearest);
+    let mut colors = picture.crop(crop, RESOLUTION, Beyond::Edge);
     if is_mirrored {
         colors.chunks_exact_mut(RESOLUTION).for_each(<[_]>::reverse);
     }

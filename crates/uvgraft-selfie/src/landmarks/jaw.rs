@@ -1,7 +1,9 @@
 //! Tells textures of heads from photographs, which the networks cannot do: in a photograph the head
 //! has an outline, in a texture the skin of the jaw goes on to the neck and the ears.
 
-use super::picture::{Crop, Outside, Picture};
+use uvgraft::sampler::Beyond;
+
+use super::picture::{Crop, Picture};
 use super::regions::{CHIN, LEFT_SIDE, RIGHT_SIDE};
 
 /// Landmarks on the edge of the jaw beside the chin, on the left and on the right of a picture: below
@@ -29,7 +31,7 @@ pub(super) fn outline(picture: &Picture<'_>, points: &[[f64; 3]]) -> f64 {
     let center = [0, 1].map(|k| (left[k] + right[k] + 2.0 * chin[k]) / 4.0);
     let side = SIDE * across[0].hypot(across[1]);
     let crop = Crop { center, side, angle: across[1].atan2(across[0]) };
-    let colors = picture.crop(&crop, RESOLUTION as usize, Outside::Nearest);
+    let colors = picture.crop(&crop, RESOLUTION as usize, Beyond::Edge);
     let steps = BESIDE_CHIN
         .map(|(landmark, outwards)| largest_step(picture, &crop, &colors, at(landmark), outwards));
     f64::from(steps[0].max(steps[1]))

@@ -8,12 +8,13 @@
 //! Kartynnik et al., "Real-time Facial Surface Geometry from Monocular Video on Mobile GPUs", 2019, and
 //! the graph `face_landmark` of MediaPipe for the margins of crops.
 
+use uvgraft::sampler::Beyond;
 use uvgraft::threads;
 use uvgraft_io::face_networks::LANDMARKS;
 
 use super::FoundFace;
 use super::detector::logistic;
-use super::picture::{Crop, Outside, Picture};
+use super::picture::{Crop, Picture};
 use super::regions::{LEFT_EYE_OUTER, RIGHT_EYE_OUTER};
 use crate::network::{Network, NetworkError};
 
@@ -110,7 +111,7 @@ fn in_crop(
     crop: &Crop,
     mates: Option<&[usize]>,
 ) -> (Vec<[f64; 3]>, f64) {
-    let mut colors = picture.crop(crop, RESOLUTION, Outside::Nearest);
+    let mut colors = picture.crop(crop, RESOLUTION, Beyond::Edge);
     if mates.is_some() {
         colors.chunks_exact_mut(RESOLUTION).for_each(<[_]>::reverse);
     }
