@@ -48,7 +48,7 @@ use self::buffer::Buffer;
 pub use self::check::GlbError;
 #[cfg(all(test, feature = "ktx2"))]
 pub(crate) use self::ktx2::encode as encode_ktx2;
-pub(crate) use self::ktx2_header::KTX2_IDENTIFIER;
+pub(crate) use self::ktx2_header::{KTX2_IDENTIFIER, Ktx2Header};
 pub use self::material::{AvatarMaterial, ShadingModel};
 pub use self::picture::Picture;
 pub use self::picture_error::{PictureError, PictureFormat};

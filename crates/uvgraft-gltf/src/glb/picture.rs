@@ -185,7 +185,7 @@ mod tests {
     #[test]
     fn ktx2_headers_are_validated() {
         let file = |words: &[u32]| {
-            let words = words.iter().flat_map(|word| word.to_le_bytes());
+            let words = words.iter().chain(&[0; 9]).flat_map(|word| word.to_le_bytes());
             ktx2_header::KTX2_IDENTIFIER.into_iter().chain(words).collect::<Vec<u8>>()
         };
         let picture = Picture::new(file(&[0, 1, 64, 32, 0, 0, 1, 7])).unwrap();
