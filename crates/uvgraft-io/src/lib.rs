@@ -12,6 +12,7 @@
 #![forbid(unsafe_code)]
 
 pub mod arrays;
+pub mod checksum;
 pub mod correspondence_table;
 pub mod face_networks;
 pub mod fate;

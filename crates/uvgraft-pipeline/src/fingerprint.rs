@@ -1,11 +1,11 @@
 //! Fingerprints of what outputs are made from: the content of all inputs and all options.
 
-use std::fmt::Write as _;
 use std::fs::File;
 use std::io::{self, Read};
 use std::path::{Path, PathBuf};
 
 use sha2::{Digest, Sha256};
+use uvgraft_io::checksum::{hex, sha256};
 use uvgraft_io::input::Input;
 
 /// Increment when results change within a version of the program.
@@ -130,14 +130,7 @@ pub(crate) fn input_digest(input: &Input) -> io::Result<String> {
 }
 
 fn digest(bytes: &[u8]) -> String {
-    hex(&Sha256::digest(bytes))
-}
-
-fn hex(bytes: &[u8]) -> String {
-    bytes.iter().fold(String::new(), |mut text, byte| {
-        let _ = write!(text, "{byte:02x}");
-        text
-    })
+    sha256(bytes)
 }
 
 #[cfg(test)]

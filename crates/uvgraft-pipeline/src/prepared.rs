@@ -7,6 +7,7 @@ use std::sync::Arc;
 use uvgraft::{Size, threads};
 use uvgraft_io::image::Format;
 use uvgraft_io::input::Input;
+use uvgraft_io::output::folder_of;
 
 use crate::base::Base;
 use crate::base_source::BaseSource;
@@ -19,7 +20,7 @@ use crate::layout_checks::LayoutChecks;
 use crate::link::Link;
 use crate::material::Values;
 use crate::observer::Observer;
-use crate::outputs::{check_replaceable, folder_of, resolve};
+use crate::outputs::{check_replaceable, resolve};
 use crate::plan::format_of;
 use crate::shared::{Grafts, Options, Shared};
 use crate::source::Source;

@@ -8,6 +8,7 @@ use uvgraft::statistics::median_color;
 use uvgraft::surface_field::Smoothness;
 use uvgraft::surface_index::SurfacePoint;
 use uvgraft::threads::map_indices;
+use uvgraft_avatar::paint::texel::blend;
 
 use crate::head::Head;
 use crate::layout_texels::LayoutTexels;
@@ -77,11 +78,11 @@ impl<'a> Completion<'a> {
             let mut filled = match &lips {
                 Some(lips) => {
                     let lips = of(lips).map(|value| value * (1.0 - between_lips[texel]));
-                    mixed(tone, lips, smoothstep(0.3, 0.7, lip))
+                    blend(tone, lips, smoothstep(0.3, 0.7, lip))
                 }
                 None => tone,
             };
-            filled = mixed(filled, MOUTH, smoothstep(0.02, 0.6, mouth));
+            filled = blend(filled, MOUTH, smoothstep(0.02, 0.6, mouth));
             if let Some(hair) = scalp {
                 let share = smoothstep(0.15, 0.85, share) * (1.0 - mouth);
                 filled = std::array::from_fn(|k| filled[k] + (hair[k] - filled[k]) * share);
@@ -91,9 +92,9 @@ impl<'a> Completion<'a> {
             {
                 let [mr, mg, mb, known] = sample(size, &packed, uv);
                 let share = smoothstep(0.3, 0.9, known);
-                filled = mixed(filled, [mr, mg, mb], share);
+                filled = blend(filled, [mr, mg, mb], share);
             }
-            mixed(filled, [r, g, b], known)
+            blend(filled, [r, g, b], known)
         })
     }
 
@@ -248,8 +249,4 @@ impl<'a> Completion<'a> {
         }
         median_color(texels.into_iter().map(|texel| colors[texel]))
     }
-}
-
-fn mixed(one: [f32; 3], other: [f32; 3], share: f32) -> [f32; 3] {
-    std::array::from_fn(|k| one[k] + (other[k] - one[k]) * share)
 }

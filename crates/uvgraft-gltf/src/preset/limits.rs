@@ -12,6 +12,8 @@
 
 use std::fmt;
 
+use uvgraft::listing::grouped;
+
 use crate::glb::{AvatarMaterial, Picture, PictureFormat, Report};
 
 /// A quantity that platforms limit.
@@ -66,18 +68,6 @@ impl Quantity {
 
 /// VRChat and Unity count in these, and call them megabytes.
 const MIB: f64 = 1024.0 * 1024.0;
-
-fn grouped(value: u64) -> String {
-    let digits = value.to_string();
-    let mut text = String::new();
-    for (index, digit) in digits.chars().enumerate() {
-        if index > 0 && (digits.len() - index).is_multiple_of(3) {
-            text.push(',');
-        }
-        text.push(digit);
-    }
-    text
-}
 
 /// The published limits of a platform.
 #[derive(Debug, PartialEq)]

@@ -11,10 +11,9 @@ use std::io::{self, Cursor, Read};
 use std::ops::Range;
 
 use flate2::read::GzDecoder;
-use sha2::{Digest, Sha256};
 
 use super::{FaceNetworkFiles, FaceNetworksError};
-use crate::pair_file::hex;
+use crate::checksum::sha256;
 
 /// A file that is known by its checksum.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -80,7 +79,7 @@ pub enum Imported {
 /// # Errors
 /// [`FaceNetworksError::Unknown`] with the checksum if it is another file, which is then not parsed.
 pub fn import(bytes: &[u8]) -> Result<Imported, FaceNetworksError> {
-    let found = hex(&Sha256::digest(bytes));
+    let found = sha256(bytes);
     if found == PACKAGE.sha256 {
         face(&unpack(bytes, MAX_UNPACKED)?)
     } else if found == ASSETS.sha256 {

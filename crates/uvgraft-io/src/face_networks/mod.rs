@@ -17,13 +17,12 @@ use std::path::Path;
 
 use safetensors::tensor::{Dtype, SafeTensors, TensorView};
 use serde::{Deserialize, Serialize};
-use sha2::{Digest, Sha256};
 
 pub use geometry::{CanonicalMesh, LANDMARKS, TRIANGLES};
 
+use crate::checksum::sha256;
 use crate::input::{Input, ReadError};
 use crate::output::write_atomically;
-use crate::pair_file::hex;
 use crate::tflite::{self, Model, TfliteError};
 
 /// The newest version of the format, which is the one that is written.
@@ -173,7 +172,7 @@ impl FaceNetworkFiles {
 }
 
 fn check(part: &Part, bytes: &[u8]) -> Result<(), FaceNetworksError> {
-    let found = hex(&Sha256::digest(bytes));
+    let found = sha256(bytes);
     if found == part.sha256 {
         return Ok(());
     }

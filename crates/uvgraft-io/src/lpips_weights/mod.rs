@@ -17,12 +17,11 @@ use std::path::Path;
 
 use safetensors::tensor::{Dtype, SafeTensors, TensorView};
 use serde::{Deserialize, Serialize};
-use sha2::{Digest, Sha256};
 use uvgraft_metrics::lpips::{ConvolutionWeights, LpipsNetwork, LpipsWeights, LpipsWeightsError};
 
+use crate::checksum::sha256;
 use crate::input::{Input, ReadError};
 use crate::output::write_atomically;
-use crate::pair_file::hex;
 
 /// The newest version of the format, which is the one that is written.
 pub const VERSION: u32 = 1;
@@ -135,7 +134,7 @@ pub fn encode(both: &BothNetworks) -> Result<Vec<u8>, WeightsFileError> {
 fn checksum(container: &[u8]) -> String {
     let length = container.first_chunk().map_or(0, |bytes| u64::from_le_bytes(*bytes));
     let start = usize::try_from(length).ok().and_then(|length| length.checked_add(8));
-    hex(&Sha256::digest(start.and_then(|start| container.get(start..)).unwrap_or_default()))
+    sha256(start.and_then(|start| container.get(start..)).unwrap_or_default())
 }
 
 /// One network's weights from the bytes of a weights file.

@@ -7,12 +7,11 @@
 use std::io::Read;
 
 use flate2::read::GzDecoder;
-use sha2::{Digest, Sha256};
 use uvgraft_metrics::lpips::{ConvolutionWeights, LpipsNetwork, LpipsWeights, LpipsWeightsError};
 
 use super::BothNetworks;
+use crate::checksum::sha256;
 use crate::input::{Input, ReadError};
-use crate::pair_file::hex;
 use crate::pickle::{self, PickleError, Value};
 
 /// The file's name.
@@ -81,7 +80,7 @@ pub enum ImportError {
 /// # Errors
 /// [`ImportError`]; a file with another checksum is not parsed.
 pub fn import(bytes: &[u8]) -> Result<BothNetworks, ImportError> {
-    let found = hex(&Sha256::digest(bytes));
+    let found = sha256(bytes);
     if found != SHA256 {
         return Err(ImportError::Checksum { found });
     }

@@ -193,7 +193,8 @@ pub fn check_folder(folder: &Path) -> io::Result<()> {
     AtomicFile::create(&folder.join("output")).map(drop)
 }
 
-fn folder_of(path: &Path) -> &Path {
+/// The folder that a file is in, `.` for a mere name.
+pub fn folder_of(path: &Path) -> &Path {
     path.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."))
 }
 
