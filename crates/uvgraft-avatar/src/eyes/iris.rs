@@ -71,7 +71,7 @@ fn color(samples: &Samples) -> Option<Color> {
     }
     let iris = median_color(iris[iris.len() / 8..iris.len() - iris.len() / 4].iter().copied())?;
     let white = median_color(white[white.len() / 4..].iter().copied())?;
-    (lab_distance(lab(iris), lab(white)) > CLEAR && luma(iris) < luma(white)).then_some(iris)
+    (difference(iris, white) > CLEAR && luma(iris) < luma(white)).then_some(iris)
 }
 
 /// Luma of the white of the eyes in a texture: captures have lighting baked in, and a painted
@@ -85,6 +85,11 @@ pub(super) fn white(eyes: &[Samples]) -> Option<f32> {
         (lumas.len() >= FEWEST).then(|| lumas[lumas.len() * 3 / 4])
     };
     eyes.iter().filter_map(of).reduce(f32::max)
+}
+
+/// CIE 1976 colour difference.
+fn difference(a: Color, b: Color) -> f32 {
+    lab_distance(lab(a), lab(b))
 }
 
 #[cfg(test)]
