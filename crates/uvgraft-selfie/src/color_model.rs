@@ -28,7 +28,7 @@ impl ColorModel {
             return None;
         }
         let points: Vec<Vector3<f64>> = samples.iter().map(|&color| point(color)).collect();
-        let center = Vector3::from(median_color(points.iter().map(|&point| point.into()))?);
+        let center = median_color(points.iter().map(|&point| <[f64; 3]>::from(point)))?.into();
         let color = median_color(samples.iter().copied())?;
         let tolerance = Matrix3::from_diagonal(&Vector3::from_fn(|k, _| TOLERANCE[k].powi(2)));
         let mut model = Self { center, whitening: whitening(tolerance * 4.0)?, color };
