@@ -2,7 +2,7 @@
 
 use uvgraft::Texture;
 use uvgraft::color::luma;
-use uvgraft::statistics::median_color;
+use uvgraft::statistics::{median_color, order_statistic};
 use uvgraft_avatar::eyes::EyeColors;
 
 use crate::outline::{FaceOutlines, Outline};
@@ -43,12 +43,10 @@ fn of_eye(photo: &Texture, eye: &Outline, unit_px: f64) -> Option<EyeColors> {
         .filter(|&at| eye.depth(at, 1.0) > INSIDE * unit_px)
         .map(|at| (at, color(photo, at)))
         .collect();
-    let mut lumas: Vec<f32> = pixels.iter().map(|pixel| luma(pixel.1)).collect();
-    if lumas.len() < 2 * FEWEST {
+    if pixels.len() < 2 * FEWEST {
         return None;
     }
-    lumas.sort_by(f32::total_cmp);
-    let dark = lumas[lumas.len() / 5];
+    let dark = order_statistic(pixels.iter().map(|pixel| luma(pixel.1)), |count| count / 5)?;
     let darkest = || pixels.iter().filter(|pixel| luma(pixel.1) <= dark).map(|pixel| pixel.0);
     let count = darkest().count() as f64;
     let center: [f64; 2] =
@@ -72,10 +70,9 @@ fn of_eye(photo: &Texture, eye: &Outline, unit_px: f64) -> Option<EyeColors> {
     ring.sort_by(|a, b| luma(*a).total_cmp(&luma(*b)));
     let ring = &ring[ring.len() / 5..ring.len() - ring.len() / 4];
     let iris = median_color(ring.iter().copied())?;
-    let mut around: Vec<f32> = within([1.2, 2.2]).into_iter().map(luma).collect();
-    around.sort_by(f32::total_cmp);
+    let around = within([1.2, 2.2]).into_iter().map(luma);
     // The lightest are highlights, the darker ones lashes and the lids' shadows.
-    let white = around.get(around.len() * 9 / 10).copied().unwrap_or(1.0);
+    let white = order_statistic(around, |count| count * 9 / 10).unwrap_or(1.0);
     (luma(iris) < 0.85 * white).then_some(EyeColors { iris, white })
 }
 

@@ -1,7 +1,7 @@
 //! The colour of irises in a texture.
 
 use uvgraft::color::{lab, lab_distance, luma};
-use uvgraft::statistics::median_color;
+use uvgraft::statistics::{median_color, order_statistic};
 
 use super::gaze::Gaze;
 use crate::paint::texel::Color;
@@ -80,9 +80,8 @@ fn color(samples: &Samples) -> Option<Color> {
 pub(super) fn white(eyes: &[Samples]) -> Option<f32> {
     let of = |samples: &Samples| {
         let ring = samples.iter().filter(|(distance, _)| (1.15..1.8).contains(distance));
-        let mut lumas: Vec<f32> = ring.map(|&(_, color)| luma(color)).collect();
-        lumas.sort_by(f32::total_cmp);
-        (lumas.len() >= FEWEST).then(|| lumas[lumas.len() * 3 / 4])
+        let lumas: Vec<f32> = ring.map(|&(_, color)| luma(color)).collect();
+        (lumas.len() >= FEWEST).then(|| order_statistic(lumas, |count| count * 3 / 4))?
     };
     eyes.iter().filter_map(of).reduce(f32::max)
 }

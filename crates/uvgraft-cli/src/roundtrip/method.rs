@@ -4,6 +4,7 @@ use std::sync::Arc;
 use std::time::Instant;
 
 use serde::Serialize;
+use uvgraft::statistics::median;
 use uvgraft::{
     Channels, Depth, Direction, Filter, FitOptions, Graft, GraftError, MapOptions, Pair,
     SamplingMap, Size, Sizes, Texture, TextureError,
@@ -258,8 +259,7 @@ impl Course<'_> {
             let (result, taken) = time(|| work(input));
             seconds.push(taken);
             if seconds.len() >= self.repeats as usize {
-                seconds.sort_unstable_by(f64::total_cmp);
-                return (result, seconds[seconds.len() / 2]);
+                return (result, median(seconds).unwrap_or_default());
             }
             input = prepare();
         }
