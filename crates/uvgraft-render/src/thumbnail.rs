@@ -58,20 +58,12 @@ pub fn thumbnail(
 /// of the neck.
 fn head(avatar: &Avatar) -> Option<Bounds> {
     let head = avatar.skeleton.human(HumanBone::Head)?;
-    let joints = avatar.skeleton.joints();
-    let mut is_head = vec![false; joints.len()];
-    for (index, joint) in joints.iter().enumerate() {
-        is_head[index] = index == head || joint.parent.is_some_and(|parent| is_head[parent]);
-    }
+    let weights = avatar.skin.weights_below(&avatar.skeleton, head);
     let mut is_used = vec![false; avatar.mesh.positions().len()];
     for &vertex in avatar.mesh.faces().as_flattened() {
         is_used[vertex as usize] = true;
     }
-    let share = |vertex: usize| -> f32 {
-        let influences = avatar.skin.of(vertex).iter();
-        influences.filter(|(joint, _)| is_head[usize::from(*joint)]).map(|(_, weight)| weight).sum()
-    };
-    let of_head = (0..avatar.skin.vertices()).filter(|&v| is_used[v] && share(v) > 0.5);
+    let of_head = (0..weights.len()).filter(|&vertex| is_used[vertex] && weights[vertex] > 0.5);
     let bounds = Bounds::of(of_head.map(|vertex| avatar.mesh.positions()[vertex]))?;
     let (low, high) = (Vec3::from(bounds.low), Vec3::from(bounds.high));
     let neck = Vec3::new(0.0, 0.12 * (high - low).y, 0.0);

@@ -70,13 +70,7 @@ impl ColorMatch {
         } else {
             stretch(&from.covariance, &to.covariance).unwrap_or_else(Matrix3::identity)
         };
-        let offset = to.mean - matrix * from.mean;
-        Ok(Self {
-            matrix: std::array::from_fn(|row| {
-                std::array::from_fn(|column| matrix[(row, column)] as f32)
-            }),
-            offset: std::array::from_fn(|channel| offset[channel] as f32),
-        })
+        Ok(Self::between(&from.mean, &to.mean, &matrix))
     }
 
     /// The transform that maps the mean of `source` to that of `base` by a ratio per channel, as
@@ -104,13 +98,18 @@ impl ColorMatch {
         let [least, most] = Self::CONTRAST;
         let bounded = spectral(inverse * matrix * inverse, |gain| gain.clamp(least, most));
         let matrix = scale * bounded.unwrap_or_else(Matrix3::identity) * scale;
-        let offset = to.mean - matrix * from.mean;
-        Ok(Self {
+        Ok(Self::between(&from.mean, &to.mean, &matrix))
+    }
+
+    /// The transform with this linear part that maps one colour to another.
+    fn between(from: &Vector3<f64>, to: &Vector3<f64>, matrix: &Matrix3<f64>) -> Self {
+        let offset = to - matrix * from;
+        Self {
             matrix: std::array::from_fn(|row| {
                 std::array::from_fn(|column| matrix[(row, column)] as f32)
             }),
             offset: std::array::from_fn(|channel| offset[channel] as f32),
-        })
+        }
     }
 
     /// Transforms a colour. Not clamped: results near black and white may leave `0.0..=1.0`.
