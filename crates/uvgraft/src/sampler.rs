@@ -28,7 +28,10 @@ pub fn bilinear<const N: usize>(
     let axis = |at: f64, side: u32| {
         // Farther away from the edge nothing changes, and integers would overflow.
         let at = (at - 0.5).clamp(-2.0, f64::from(side) + 1.0);
-        (at.floor() as i64, (at - at.floor()) as f32)
+        // `f64::floor` is a call where the baseline target has no instruction for it.
+        let towards_zero = at as i64;
+        let first = towards_zero - i64::from(towards_zero as f64 > at);
+        (first, (at - first as f64) as f32)
     };
     let ((left, fx), (top, fy)) = (axis(at_px[0], size.width), axis(at_px[1], size.height));
     let at = |x: i64, y: i64| {
