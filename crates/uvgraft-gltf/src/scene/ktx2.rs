@@ -12,7 +12,7 @@ use std::io::Read as _;
 use basis_universal::transcoding::{TranscodeParameters, Transcoder, TranscoderTextureFormat};
 use uvgraft::{Channels, Encoding, Size, Texels, Texture};
 
-use crate::glb::{KTX2_IDENTIFIER, Ktx2Header};
+use crate::glb::Ktx2Header;
 
 /// Size of a block of 4 × 4 texels, in bytes.
 const UASTC_BLOCK: usize = 16;
@@ -91,9 +91,6 @@ fn cut_short() -> String {
 
 impl<'a> Ktx2<'a> {
     fn new(bytes: &'a [u8]) -> Result<Self, String> {
-        if !bytes.starts_with(&KTX2_IDENTIFIER) {
-            return Err("not a KTX2 file".to_owned());
-        }
         let header = Ktx2Header::read(bytes).ok_or_else(cut_short)?;
         let Ktx2Header { sides: [width, height, depth], layers, faces, levels, .. } = header;
         if width == 0 || height == 0 || depth != 0 || layers > 1 || faces != 1 || levels > 32 {
