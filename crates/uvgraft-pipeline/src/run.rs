@@ -320,7 +320,8 @@ impl Transfer {
     /// base is needed too, both are detected together later.
     fn labelled_texture<'a>(&self, plan: &'a Plan) -> Option<&'a Input> {
         let asks = |blending: &Blending| {
-            blending.needs_colors() && blending.tone == Tone::Base && blending.labels.is_none()
+            let in_base_tone = blending.options.tone == Tone::Base;
+            blending.needs_colors() && in_base_tone && blending.labels.is_none()
         };
         let ([batch], [job]) = (&plan.batches[..], &plan.batches.first()?.jobs[..]) else {
             return None;

@@ -271,9 +271,9 @@ fn with_tone() {
     for tone in [uvgraft::Tone::Base, uvgraft::Tone::Source, uvgraft::Tone::Both] {
         let mut transfer = desk.onto(BaseSource::image(desk.path("base.png")), "png");
         let mut blending = Blending::default();
-        blending.membrane = true;
-        blending.match_skin = true;
-        blending.tone = tone;
+        blending.options.membrane = true;
+        blending.options.match_skin = true;
+        blending.options.tone = tone;
         blending.feather = Length::millimeters(15.0);
         transfer.blending = Some(blending);
         desk.compare(&format!("{tone:?}"), &transfer, &["a.png", "b.png", "c.png"]);

@@ -108,8 +108,8 @@ fn transfer(input: &dyn Fn(&str) -> Input, output: &Path) -> Transfer {
     transfer.region = region;
     let mut blending = Blending::default();
     blending.feather = Length::millimeters(15.0);
-    blending.membrane = true;
-    blending.tone = Tone::Both;
+    blending.options.membrane = true;
+    blending.options.tone = Tone::Both;
     blending.skin = Some(input("skin.png"));
     blending.labels = Some(input("labels.png"));
     transfer.blending = Some(blending);

@@ -70,8 +70,8 @@ impl Desk {
 
 fn membrane(transfer: &mut Transfer) {
     let mut blending = Blending::default();
-    blending.membrane = true;
-    blending.match_skin = true;
+    blending.options.membrane = true;
+    blending.options.match_skin = true;
     blending.feather = Length::millimeters(15.0);
     transfer.blending = Some(blending);
 }

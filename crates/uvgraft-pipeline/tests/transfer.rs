@@ -254,7 +254,7 @@ fn fits_and_materials() {
         Transfer::new(desk.path("my.uvpair"), Inputs::Material(maps), desk.path("material"));
     transfer.size = Some(Size::square(24));
     let mut blending = Blending::default();
-    blending.membrane = true;
+    blending.options.membrane = true;
     transfer.blending = Some(blending);
     let done = transfer.run(&()).unwrap();
     assert_eq!((done.written, done.blend.is_some()), (2, true));

@@ -6,8 +6,8 @@ use std::path::Path;
 
 use anyhow::Context;
 use uvgraft::Mesh;
-use uvgraft::correspond::dots;
 use uvgraft::correspond::surface::SurfaceOptions;
+use uvgraft::dots;
 use uvgraft_io::image::{self, Format};
 use uvgraft_io::vertex_map;
 

@@ -3,7 +3,7 @@
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
 
-use uvgraft::{Depth, Direction, Encoding, Pair, Tile, TileAtlas};
+use uvgraft::{Depth, Direction, Encoding, Pair, Tile, TileAtlas, tile_atlas};
 use uvgraft_io::image::{self, Format, Image, WriteOptions};
 
 use super::has_placeholder;
@@ -114,7 +114,7 @@ impl TiledSource {
         }
         let textures: Vec<_> =
             images.into_iter().map(|image| image.texture.converted(channels, depth)).collect();
-        let texture = atlas.stitch(&textures).or_input().map_err(named)?;
+        let texture = tile_atlas::stitch(&atlas, &textures).or_input().map_err(named)?;
         drop(textures);
         // Formats that keep every value.
         let format = match (depth, encoding) {
