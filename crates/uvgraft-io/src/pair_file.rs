@@ -29,9 +29,10 @@ use serde::{Deserialize, Serialize};
 use sha2::{Digest, Sha256};
 use uvgraft::{Corner, Extent, Mesh, MeshError, MeshPart, Pair, PairError, Piece, Weights};
 
-use crate::checksum::{hex, sha256};
-use crate::input::{Input, ReadError, beginning};
-use crate::output::write_atomically;
+use crate::beginning;
+use uvgraft_files::checksum::{hex, sha256};
+use uvgraft_files::input::{Input, ReadError};
+use uvgraft_files::output::write_atomically;
 
 /// The newest version of the format, which is the one that is written.
 pub const VERSION: u32 = 2;

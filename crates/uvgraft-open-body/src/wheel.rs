@@ -6,7 +6,7 @@
 
 use std::io::{Cursor, Read};
 
-use uvgraft_io::checksum::sha256;
+use uvgraft_files::checksum::sha256;
 use zip::ZipArchive;
 use zip::result::ZipError;
 

@@ -1,7 +1,7 @@
 //! Blending as users ask for it: options with their defaults, and which of them contradict each other.
 
 use uvgraft::{BlendOptions, Tone, choices};
-use uvgraft_io::input::Input;
+use uvgraft_files::input::Input;
 
 use crate::blending::{Blending, DEFAULT_FEATHER};
 use crate::failure::{Failure, Result};

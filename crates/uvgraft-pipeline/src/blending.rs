@@ -6,8 +6,8 @@ use std::sync::Arc;
 use uvgraft::blend::{Blend, BlendDomain, BlendOptions, FeatherFit, Side};
 use uvgraft::fill::{self, FillError};
 use uvgraft::{Direction, Labels, Texture, ToneCorrection};
-use uvgraft_io::image;
-use uvgraft_io::input::Input;
+use uvgraft_files::input::Input;
+use uvgraft_image as image;
 
 use crate::failure::{Blame, Failure, Result};
 use crate::length::{Length, Unit};

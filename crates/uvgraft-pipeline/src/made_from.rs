@@ -3,7 +3,7 @@
 use std::io;
 use std::path::Path;
 
-use uvgraft_io::input::Input;
+use uvgraft_files::input::Input;
 
 use crate::base_source::BaseSource;
 use crate::blending::Blending;

@@ -5,7 +5,7 @@ use std::fs::OpenOptions;
 use std::io::ErrorKind;
 use std::path::{Path, PathBuf};
 
-use uvgraft_io::output::{self, folder_of};
+use uvgraft_files::output::{self, folder_of};
 
 use crate::failure::{Failure, Result};
 

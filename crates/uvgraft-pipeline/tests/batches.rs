@@ -10,7 +10,7 @@ use uvgraft::{
     Averaging, Channels, Depth, Encoding, FitOptions, Mesh, Overlap, Pair, Size, Texels, Texture,
 };
 use uvgraft_figure::{Figure, paint_body_in_tone, paint_head};
-use uvgraft_io::image::{self, Format, WriteOptions};
+use uvgraft_image::{self as image, Format, WriteOptions};
 use uvgraft_io::pair_file::{self, PairFile};
 use uvgraft_pipeline::{BaseSource, Blending, Event, Inputs, Length, Observer, Transfer, Values};
 

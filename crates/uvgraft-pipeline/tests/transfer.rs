@@ -8,7 +8,7 @@ use std::sync::Mutex;
 use std::sync::atomic::{AtomicUsize, Ordering};
 
 use uvgraft::{Channels, Depth, Encoding, FitOptions, Mesh, Pair, Size, Texels, Texture};
-use uvgraft_io::image::{self, Image, WriteOptions};
+use uvgraft_image::{self as image, Image, WriteOptions};
 use uvgraft_io::pair_file::{self, PairFile};
 use uvgraft_pipeline::{
     BaseSource, Blending, Correspondence, Event, Existing, Fault, Inputs, MaterialMap, Observer,

@@ -12,7 +12,7 @@ use super::error::{ReadTrackingError, TrackingError};
 use super::json::{self, First, Frames, Name};
 use super::paths::optional;
 use super::{Subset, TrackedFrame, Tracker, check_frames};
-use crate::input::ReadError;
+use uvgraft_files::input::ReadError;
 
 const WANTED: &str = "a tracked data set (transforms.json)";
 
