@@ -7,7 +7,7 @@ use uvgraft::{Channels, Depth, Encoding, Mesh, Size, Texels, Texture, TextureErr
 use uvgraft_avatar::Avatar;
 use uvgraft_avatar::motion::UpAxis;
 use uvgraft_avatar::rig::{Joint, Skeleton, Skin};
-use uvgraft_gltf::glb::{self, AvatarMaterial, Export, Picture, PictureFormat};
+use uvgraft_gltf::glb::{self, AvatarMaterial, EmbeddedFormat, EmbeddedImage, Export};
 use uvgraft_io::input::Input;
 use uvgraft_io::{image, obj};
 use uvgraft_pipeline::{Blame, Failure, Observer, Result, memory_taken, without_non_finite};
@@ -177,7 +177,7 @@ pub(crate) fn model(mesh: &Mesh, name: &str, textures: Vec<(String, Texture)>) -
     let materials = textures
         .into_iter()
         .map(|(name, texture)| {
-            let color = Picture::encode(texture, PictureFormat::Png, 100).or_work()?;
+            let color = EmbeddedImage::encode(texture, EmbeddedFormat::Png, 100).or_work()?;
             Ok(AvatarMaterial { name, double_sided: true, ..AvatarMaterial::new(color) })
         })
         .collect::<Result<Vec<_>>>()?;

@@ -12,7 +12,7 @@ use uvgraft_assembly::selfie::{Head, Networks};
 use uvgraft_assembly::{AvatarRequest, Body, Fault, Input, Observer, RenderRequest, SelfieRequest};
 use uvgraft_figure::Figure;
 use uvgraft_figure::motion::as_amass;
-use uvgraft_gltf::glb::{Permissions, PictureFormat};
+use uvgraft_gltf::glb::{EmbeddedFormat, Permissions};
 use uvgraft_io::arrays::{self, NamedArrays, NumericArray};
 use uvgraft_pipeline::{BaseSource, Event, RegionPart, Unit};
 use uvgraft_tests::downloads;
@@ -40,7 +40,7 @@ fn request(body: Body, given: impl Fn(&str) -> Input) -> AvatarRequest {
     request.fill = Some(given("face.png"));
     request.materials.maps = vec![(MapRole::Roughness, given("rough.png"))];
     request.textures.quality = Some(80);
-    request.textures.format = Some(PictureFormat::Jpeg);
+    request.textures.format = Some(EmbeddedFormat::Jpeg);
     request.metadata = Metadata {
         authors: vec!["Nobody".to_owned()],
         license: Some(Permissions::ONLY_AUTHOR),

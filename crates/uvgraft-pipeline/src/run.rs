@@ -21,7 +21,7 @@ use crate::manifest::Manifest;
 use crate::material::Values;
 use crate::observer::{Event, Observer};
 use crate::outputs::{self, Outputs};
-use crate::plan::{Batch, Job, Plan, format_of};
+use crate::plan::{Batch, Job, TransferPlan, format_of};
 use crate::records::Records;
 use crate::shared::{Grafts, Options, Shared};
 use crate::transfer::{Existing, Inputs, Transfer, Transferred};
@@ -41,7 +41,7 @@ impl Transfer {
         if self.is_tiled()? {
             return self.run_tiled(observer);
         }
-        let mut plan = Plan::new(self)?;
+        let mut plan = TransferPlan::new(self)?;
         self.check_encoding(&plan)?;
         self.check_outputs(&plan)?;
         let records = self.records(&plan)?;
@@ -158,7 +158,7 @@ impl Transfer {
 
     /// Checks that the encoding options mean something to an output. Those of another shard may be of
     /// another format.
-    pub(crate) fn check_encoding(&self, plan: &Plan) -> Result<()> {
+    pub(crate) fn check_encoding(&self, plan: &TransferPlan) -> Result<()> {
         if self.shard.is_some() {
             return Ok(());
         }
@@ -248,7 +248,7 @@ impl Transfer {
     }
 
     /// Checks that all outputs can be written, and are neither inputs nor each other.
-    fn check_outputs(&self, plan: &Plan) -> Result<()> {
+    fn check_outputs(&self, plan: &TransferPlan) -> Result<()> {
         let sources = plan.jobs().map(|job| &job.source);
         let inputs = self.shared_inputs(plan).into_iter().chain(sources);
         let mut outputs = Outputs::new(inputs.filter_map(Input::path).chain(self.list_path()));
@@ -318,7 +318,7 @@ impl Transfer {
     /// The only texture, if its labels can be detected while its base is decoded: judged by file
     /// size, the base must take longer to decode than the texture does twice. If the skin of the
     /// base is needed too, both are detected together later.
-    fn labelled_texture<'a>(&self, plan: &'a Plan) -> Option<&'a Input> {
+    fn labelled_texture<'a>(&self, plan: &'a TransferPlan) -> Option<&'a Input> {
         let asks = |blending: &Blending| {
             blending.needs_colors() && blending.tone == Tone::Base && blending.labels.is_none()
         };
@@ -402,7 +402,7 @@ impl Transfer {
     }
 
     /// The records of each batch; `None` if not requested.
-    fn records(&self, plan: &Plan) -> Result<Vec<Option<Records>>> {
+    fn records(&self, plan: &TransferPlan) -> Result<Vec<Option<Records>>> {
         if self.existing == Existing::Replace {
             return Ok(plan.batches.iter().map(|_| None).collect());
         }

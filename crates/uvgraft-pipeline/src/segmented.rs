@@ -15,7 +15,7 @@ use crate::observer::Observer;
 use crate::spawn::{self, spawn_with};
 use crate::stream::rows_in_band;
 use crate::target::{Encoded, Sink};
-use crate::unchanged::{Kind, Unchanged};
+use crate::unchanged::{SegmentKind, Unchanged};
 
 /// A base in memory, a texture to lay over it, and what previous results have in common with this
 /// one.
@@ -55,7 +55,7 @@ impl Segmented<'_> {
         alone: bool,
         observer: &dyn Observer,
     ) -> Result<StdResult<Encoded, WriteError>> {
-        let kind = Kind {
+        let kind = SegmentKind {
             base: self.format,
             conversion: self.overlay.conversion(),
             segments: self.segments,

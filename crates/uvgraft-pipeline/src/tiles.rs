@@ -22,7 +22,7 @@ use crate::failure::{Blame, Failure, Result};
 use crate::material::{Role, Values};
 use crate::observer::Observer;
 use crate::outputs::Outputs;
-use crate::plan::{Job, Plan};
+use crate::plan::{Job, TransferPlan};
 use crate::transfer::{Correspondence, Existing, Inputs, MaterialMap, Transfer, Transferred};
 use names::{PLACEHOLDER, Pattern, numbered, with_placeholder};
 use renamed::Renamed;
@@ -85,7 +85,7 @@ impl Transfer {
             )));
         };
         let grouped = self.with_patterns()?;
-        let plan = Plan::new(&grouped)?;
+        let plan = TransferPlan::new(&grouped)?;
         self.check_encoding(&plan)?;
         let file = pair_file::read(pair).or_input()?;
         let filled: BTreeSet<Tile> =
@@ -197,7 +197,7 @@ impl Transfer {
         Ok(grouped)
     }
 
-    fn tiled_jobs(&self, plan: &Plan, filled: &BTreeSet<Tile>) -> Result<Vec<TiledJob>> {
+    fn tiled_jobs(&self, plan: &TransferPlan, filled: &BTreeSet<Tile>) -> Result<Vec<TiledJob>> {
         let is_folder = plan.new_folder.is_some() || self.output.is_dir();
         let roles: Vec<Option<Role>> = match &self.inputs {
             Inputs::Textures { .. } | Inputs::Listed { .. } => vec![None; plan.batches.len()],
@@ -235,7 +235,7 @@ impl Transfer {
 
     fn check_tiled_outputs(
         &self,
-        plan: &Plan,
+        plan: &TransferPlan,
         jobs: &[TiledJob],
         masks: &BTreeMap<Tile, PathBuf>,
     ) -> Result<()> {

@@ -21,7 +21,7 @@ use uvgraft_surface::threads::{for_each_chunk, map_indices};
 
 use crate::filter::Filter;
 use crate::formats::Formats;
-use crate::map::{Coverage, LayoutTriangles, MapOptions, Precedence, Region};
+use crate::map::{Coverage, LayoutTriangles, MapOptions, Precedence, TexelSet};
 use crate::operator::Operator;
 use crate::resample::load;
 use crate::resampler::{MapInputs, Resampler};
@@ -127,9 +127,9 @@ pub(crate) struct FitSystem {
     sampling: Arc<Resampler>,
     back: Operator,
     /// Unknowns: the texels of the result that pieces own.
-    unknowns: Region,
+    unknowns: TexelSet,
     /// Equations: the texels of the source that read them.
-    equations: Region,
+    equations: TexelSet,
 }
 
 /// The texture has a value that is NaN or infinite.
@@ -144,7 +144,7 @@ impl FitSystem {
     ///   filter.
     /// - `way`: that of `sampling`.
     pub fn new(way: &MapInputs<'_>, sampling: Arc<Resampler>) -> Self {
-        let unknowns = Region::linked(sampling.map(), |_| true);
+        let unknowns = TexelSet::linked(sampling.map(), |_| true);
         // No equations for the gutter, nor for anything outside the unknowns, island or not: texels
         // at their boundary must not compensate for whatever the base holds there.
         let back = MapInputs {
@@ -155,7 +155,7 @@ impl FitSystem {
         };
         let back = Arc::new(Resampler::reading(&back, &unknowns, sampling.filter()));
         let lost = lost_pieces(way);
-        let equations = Region::linked(back.map(), |patch| !lost[patch.piece as usize]);
+        let equations = TexelSet::linked(back.map(), |patch| !lost[patch.piece as usize]);
         Self { sampling, back: Operator::new(back), unknowns, equations }
     }
 
@@ -334,7 +334,7 @@ fn lost_pieces(way: &MapInputs<'_>) -> Vec<bool> {
 }
 
 /// Vector operations on texels with `C` values each, restricted to a region.
-impl Region {
+impl TexelSet {
     /// Replaces each value by a function of it and of the same element of `others`.
     fn update<const C: usize>(
         &self,
@@ -380,7 +380,7 @@ impl Region {
     }
 
     /// Sum of squared differences between neighbours: `xᵀ L x` with the Laplacian of
-    /// [`Region::smooth`].
+    /// [`TexelSet::smooth`].
     fn roughness<const C: usize>(&self, values: &[f32]) -> f64 {
         let stride = self.size().width as usize * C;
         let square = |a: f32, b: f32| f64::from(a - b).powi(2);

@@ -4,7 +4,7 @@ use uvgraft::{
     Averaging, Channels, Content, Depth, Encoding, Filter, NormalOptions, NormalY, Size, Texels,
     TexelsMut, Texture,
 };
-use uvgraft_gltf::glb::{AvatarMaterial, Picture, PictureError, PictureFormat, ShadingModel};
+use uvgraft_gltf::glb::{AvatarMaterial, EmbedError, EmbeddedFormat, EmbeddedImage, ShadingModel};
 use uvgraft_io::image;
 use uvgraft_io::input::Input;
 use uvgraft_pipeline::{BaseSource, Blame, Failure, Result};
@@ -132,7 +132,7 @@ impl Set {
         self,
         looks: &mut AvatarMaterial,
         how: &Encoder,
-    ) -> std::result::Result<(), PictureError> {
+    ) -> std::result::Result<(), EmbedError> {
         looks.normal = self.normal.map(|map| how.data(rgb(map))).transpose()?;
         looks.emissive = self.emissive.map(|map| how.color(rgb(map))).transpose()?;
         let has_occlusion = self.occlusion.is_some() || self.orm.is_some();
@@ -164,7 +164,7 @@ impl TransferredMaps {
         self,
         colors: (Texture, Option<Texture>),
         how: &Encoder,
-    ) -> std::result::Result<Vec<AvatarMaterial>, PictureError> {
+    ) -> std::result::Result<Vec<AvatarMaterial>, EmbedError> {
         let style = how.style;
         let mut body = AvatarMaterial { style, ..AvatarMaterial::new(how.color(colors.0)?) };
         self.body.dress(&mut body, how)?;
@@ -186,23 +186,23 @@ impl TransferredMaps {
 
 /// How textures are encoded.
 pub(super) struct Encoder {
-    pub(super) format: PictureFormat,
+    pub(super) format: EmbeddedFormat,
     pub(super) quality: u8,
     pub(super) style: ShadingModel,
 }
 
 impl Encoder {
-    fn color(&self, texture: Texture) -> std::result::Result<Picture, PictureError> {
-        Picture::encode(texture, self.format, self.quality)
+    fn color(&self, texture: Texture) -> std::result::Result<EmbeddedImage, EmbedError> {
+        EmbeddedImage::encode(texture, self.format, self.quality)
     }
 
     /// The blocks of a JPEG would show in highlights, so data maps are stored as PNG instead.
-    fn data(&self, texture: Texture) -> std::result::Result<Picture, PictureError> {
+    fn data(&self, texture: Texture) -> std::result::Result<EmbeddedImage, EmbedError> {
         let format = match self.format {
-            PictureFormat::Jpeg => PictureFormat::Png,
+            EmbeddedFormat::Jpeg => EmbeddedFormat::Png,
             other => other,
         };
-        Picture::encode(texture.with_encoding(Encoding::Data), format, self.quality)
+        EmbeddedImage::encode(texture.with_encoding(Encoding::Data), format, self.quality)
     }
 }
 
@@ -217,7 +217,7 @@ fn grey(texture: Texture) -> Texture {
 /// Packs three maps into the channels of one, at the size of the largest.
 ///
 /// - `maps`: each with its default value.
-fn packed(maps: [(Option<Texture>, f32); 3]) -> std::result::Result<Texture, PictureError> {
+fn packed(maps: [(Option<Texture>, f32); 3]) -> std::result::Result<Texture, EmbedError> {
     let sizes = maps.iter().filter_map(|(map, _)| Some(map.as_ref()?.size()));
     let size = sizes.max_by_key(|size| size.texels()).unwrap_or(Size::square(1));
     let mut values = vec![0_u8; 3 * size.texels()];

@@ -4,7 +4,7 @@ use std::path::PathBuf;
 
 use uvgraft::{Filter, MapOptions, NormalY, Prefer, Size, choices};
 use uvgraft_avatar::motion::{GroundMode, UpAxis};
-use uvgraft_gltf::glb::{Permissions, PictureFormat, ShadingModel};
+use uvgraft_gltf::glb::{EmbeddedFormat, Permissions, ShadingModel};
 use uvgraft_gltf::preset::Preset;
 use uvgraft_io::input::Input;
 use uvgraft_pipeline::{BaseSource, BlendSettings, Region};
@@ -110,7 +110,7 @@ pub struct TextureOptions {
     /// One texture, or the head's beside the body's.
     pub layout: TextureLayout,
     /// Image format of the textures; by default the preset's, or PNG.
-    pub format: Option<PictureFormat>,
+    pub format: Option<EmbeddedFormat>,
     /// Quality of JPEG textures, 1 to 100; by default 92.
     pub quality: Option<u8>,
     /// The interpolation filter; by default Lanczos-3 for colours and bilinear for data.

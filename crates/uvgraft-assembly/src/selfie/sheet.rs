@@ -12,7 +12,7 @@ use uvgraft_selfie::depth_map::DepthMap;
 use super::made::MadeSelfie;
 use super::photo::Photo;
 use super::window::Bounds;
-use crate::drawing::{Pen, Picture};
+use crate::drawing::{Pen, Sheet};
 use crate::pair_picture::{BACKGROUND, MARGIN};
 
 /// Side of a panel, and the height of the text above it.
@@ -68,11 +68,11 @@ fn sheet(selfie: &MadeSelfie) -> Result<Texture> {
 }
 
 /// Arranges panels in rows; each block begins a row.
-fn arranged(blocks: Vec<Vec<Panel>>) -> Picture {
+fn arranged(blocks: Vec<Vec<Panel>>) -> Sheet {
     let rows: u32 = blocks.iter().map(|block| (block.len() as u32).div_ceil(COLUMNS)).sum();
     let size =
         Size::new(COLUMNS * (PANEL + MARGIN) + MARGIN, rows * (PANEL + CAPTION + MARGIN) + MARGIN);
-    let mut sheet = Picture::new(size, BACKGROUND);
+    let mut sheet = Sheet::new(size, BACKGROUND);
     let mut first_row = 0;
     for block in blocks {
         let rows = (block.len() as u32).div_ceil(COLUMNS);
@@ -140,7 +140,7 @@ impl PhotoView {
     }
 
     fn landmarks(&self, photo: &Photo, pixels: &Texture) -> Result<Texture> {
-        let mut panel = Picture::new(Size::square(PANEL), BACKGROUND);
+        let mut panel = Sheet::new(Size::square(PANEL), BACKGROUND);
         panel.paste(&self.picture(pixels).or_work()?, 0, 0);
         let points = photo.landmarks.points.iter().map(|&[x, y, _]| self.point(photo, [x, y]));
         panel.draw(|canvas| canvas.dots(points, 1.4, [90, 255, 120], 235))?;
@@ -159,7 +159,7 @@ impl PhotoView {
                 [x, y, depth]
             })
             .collect();
-        let mut panel = Picture::new(Size::square(PANEL), BACKGROUND);
+        let mut panel = Sheet::new(Size::square(PANEL), BACKGROUND);
         panel.paste(&self.picture(&selfie.pixels[index]).or_work()?, 0, 0);
         let lines = seen_edges(selfie.head.mesh(), &projected, selfie.head.unit());
         panel.draw(|canvas| {

@@ -17,7 +17,7 @@ use clap::builder::{PossibleValue, PossibleValuesParser, StyledStr, TypedValuePa
 use uvgraft::{Choice, Filter, MapOptions, Prefer, Size};
 use uvgraft_assembly::avatar::{Betas, TextureLayout, TextureOptions, level_file};
 use uvgraft_assembly::{AvatarRequest, Body, Input, drawing};
-use uvgraft_gltf::glb::PictureFormat;
+use uvgraft_gltf::glb::EmbeddedFormat;
 use uvgraft_gltf::preset::Preset;
 use uvgraft_io::image::{self, WriteOptions};
 use uvgraft_io::output;
@@ -126,8 +126,8 @@ pub(crate) struct Args {
     texture_layout: TextureLayout,
     /// Format of embedded textures [default: the preset's, or png]
     #[arg(id = "texture_format", long = "texture", value_name = "FORMAT")]
-    #[arg(value_parser = choice::<PictureFormat>(), help_heading = heading::TEXTURE)]
-    texture: Option<PictureFormat>,
+    #[arg(value_parser = choice::<EmbeddedFormat>(), help_heading = heading::TEXTURE)]
+    texture: Option<EmbeddedFormat>,
     /// Quality of JPEG textures [default: 92]
     #[arg(long, value_name = "1-100", value_parser = whole_number::<u8>(1..=100), allow_negative_numbers = true)]
     #[arg(help_heading = heading::TEXTURE)]

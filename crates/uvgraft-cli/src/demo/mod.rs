@@ -15,7 +15,7 @@ use std::time::Instant;
 
 use anyhow::Context;
 use uvgraft::{Direction, Graft, Mesh, Pair, Size, Sizes, Texture};
-use uvgraft_assembly::drawing::Picture;
+use uvgraft_assembly::drawing::Sheet;
 use uvgraft_assembly::{Input, ViewRequest, pair_picture};
 use uvgraft_figure::{Figure, paint_body, paint_head};
 use uvgraft_io::image::{self, Image, WriteOptions};
@@ -170,7 +170,7 @@ impl Transferred {
 struct Pictures {
     shots: Shots,
     /// Each way of blending, onto darker skin.
-    blended: Picture,
+    blended: Sheet,
     /// The texture of the body with darker skin.
     darker: Texture,
 }
@@ -226,7 +226,7 @@ impl AnimatedFigure {
 struct Selfie {
     photo: PathBuf,
     glb: Vec<u8>,
-    sheet: Picture,
+    sheet: Sheet,
 }
 
 impl Selfie {
@@ -266,11 +266,11 @@ fn fetched(name: &str) -> PathBuf {
 }
 
 /// Pictures side by side, each in the middle of a panel.
-fn row(pictures: &[Texture], panel: Size) -> Picture {
+fn row(pictures: &[Texture], panel: Size) -> Sheet {
     const GAP: u32 = 8;
     let count = pictures.len() as u32;
     let size = Size::new(count * panel.width + (count - 1) * GAP, panel.height);
-    let mut row = Picture::new(size, [24, 26, 30]);
+    let mut row = Sheet::new(size, [24, 26, 30]);
     for (column, picture) in (0..).zip(pictures) {
         let [left, top] =
             [panel.width - picture.size().width, panel.height - picture.size().height];
@@ -435,13 +435,13 @@ impl Shots {
         Self { panels: [head, of_body("the body before", base), of_body("the body after", body)] }
     }
 
-    fn picture(&self) -> Picture {
+    fn picture(&self) -> Sheet {
         const CAPTION: u32 = 44;
         const GAP: u32 = 8;
         let (whole, close) = (Self::WHOLE, Self::CLOSE);
         let width = 2 * whole.width + 3 * close.width + 2 * GAP;
         let size = Size::new(width, CAPTION + whole.height);
-        let mut picture = Picture::new(size, [24, 26, 30]);
+        let mut picture = Sheet::new(size, [24, 26, 30]);
         let mut left = 0;
         for panel in &self.panels {
             let first = left;
@@ -452,7 +452,7 @@ impl Shots {
             picture.paste(&panel.close[0], left, CAPTION);
             picture.paste(&panel.close[1], left, CAPTION + close.height);
             left += close.width;
-            let space = (left - first).saturating_sub(Picture::text_width(panel.caption, 2));
+            let space = (left - first).saturating_sub(Sheet::text_width(panel.caption, 2));
             picture.text(panel.caption, first + space / 2, 14, 2, [236, 238, 242]);
             left += GAP;
         }

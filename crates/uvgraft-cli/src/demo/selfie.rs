@@ -3,7 +3,7 @@
 use std::path::{Path, PathBuf};
 
 use uvgraft::{Averaging, Channels, Depth, Filter, Size, Texture};
-use uvgraft_assembly::drawing::Picture as Sheet;
+use uvgraft_assembly::drawing::Sheet;
 use uvgraft_assembly::{AvatarRequest, Body, weights};
 use uvgraft_figure::Figure;
 use uvgraft_gltf::scene::{PoseRequest, Scene};

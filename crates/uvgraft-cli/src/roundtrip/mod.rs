@@ -21,7 +21,7 @@ use crate::memory::{self, MemoryOption};
 use crate::number::whole_number;
 use crate::opacity::{over_black, warn_unless_opaque};
 use crate::report::parse_size;
-use crate::scores::{Judge, MetricsOption, Region, Scores};
+use crate::scores::{Judge, MetricsOption, ScoredRegion, Scores};
 use crate::terminal;
 use crate::{outcome, progress};
 use method::{Course, Method, Trip};
@@ -174,8 +174,8 @@ pub(crate) fn run(args: &Args) -> anyhow::Result<ExitCode> {
     })?;
     let linked = mask.count();
     let regions = [
-        Region { name: "whole image".to_owned(), mask: None },
-        Region { name: "transferred region".to_owned(), mask: Some(mask) },
+        ScoredRegion { name: "whole image".to_owned(), mask: None },
+        ScoredRegion { name: "transferred region".to_owned(), mask: Some(mask) },
     ];
     let original = Colors::new(texture.clone())
         .with_context(|| args.texture.display().to_string())

@@ -5,14 +5,14 @@
 
 use uvgraft::Size;
 
-use super::picture_error::PictureError;
+use super::embed_error::EmbedError;
 
 /// The file identifier of KTX2.
 pub(crate) const KTX2_IDENTIFIER: [u8; 12] = *b"\xabKTX 20\xbb\r\n\x1a\n";
 
 /// The image size from the header; errors if `KHR_texture_basisu` does not allow the file.
-pub(super) fn size(bytes: &[u8]) -> Result<Size, PictureError> {
-    let wrong = |problem| Err(PictureError::Ktx2 { problem });
+pub(super) fn size(bytes: &[u8]) -> Result<Size, EmbedError> {
+    let wrong = |problem| Err(EmbedError::Ktx2 { problem });
     let word = |index: usize| {
         let at = KTX2_IDENTIFIER.len() + 4 * index;
         bytes.get(at..at + 4)?.first_chunk().map(|&word| u32::from_le_bytes(word))

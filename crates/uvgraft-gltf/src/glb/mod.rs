@@ -14,6 +14,8 @@
 mod buffer;
 mod check;
 mod clips;
+mod embed_error;
+mod embedded_image;
 mod json;
 #[cfg(feature = "ktx2")]
 mod ktx2;
@@ -22,8 +24,6 @@ mod material;
 mod mtoon;
 mod nodes;
 mod parts;
-mod picture;
-mod picture_error;
 pub(crate) mod shading;
 pub(crate) mod skin;
 mod t_pose;
@@ -46,12 +46,12 @@ use uvgraft_avatar::rig::{MAX_INFLUENCES, Pose, Pruning};
 
 use self::buffer::Buffer;
 pub use self::check::GlbError;
+pub use self::embed_error::{EmbedError, EmbeddedFormat};
+pub use self::embedded_image::EmbeddedImage;
 #[cfg(all(test, feature = "ktx2"))]
 pub(crate) use self::ktx2::encode as encode_ktx2;
 pub(crate) use self::ktx2_header::KTX2_IDENTIFIER;
 pub use self::material::{AvatarMaterial, ShadingModel};
-pub use self::picture::Picture;
-pub use self::picture_error::{PictureError, PictureFormat};
 pub use self::t_pose::t_pose;
 pub use self::vrm::{Permissions, VrmError, VrmMeta};
 use crate::container::Glb;
@@ -74,7 +74,7 @@ pub struct Export {
     /// in VRM files.
     pub levels: Vec<CoarserLevel>,
     /// A square thumbnail image of the avatar, PNG or JPEG; written to VRM files only.
-    pub thumbnail: Option<Picture>,
+    pub thumbnail: Option<EmbeddedImage>,
 }
 
 /// An avatar with fewer triangles, for display at a distance.

@@ -7,7 +7,7 @@
 //! Bazarevsky et al., "BlazeFace: Sub-millisecond Neural Face Detection on Mobile GPUs", 2019, also for
 //! averaging overlapping boxes instead of dropping all but one.
 
-use super::picture::{Crop, Outside, Picture};
+use super::photo_pyramid::{Crop, Outside, PhotoPyramid};
 use crate::network::{Network, NetworkError};
 
 /// Texels of the network's input along a side.
@@ -44,7 +44,7 @@ pub(super) fn check(network: &Network) -> Result<(), NetworkError> {
 /// The faces in a crop with at least a score, the best first.
 pub(super) fn detect(
     network: &Network,
-    picture: &Picture<'_>,
+    picture: &PhotoPyramid<'_>,
     crop: &Crop,
     least_score: f64,
 ) -> Vec<Detection> {

@@ -6,7 +6,7 @@
 //! Ablavatski et al., "Real-time Pupil Tracking from Monocular Video for Digital Puppetry", 2020, and
 //! the graph `iris_landmark` of MediaPipe for the margins of crops.
 
-use super::picture::{Crop, Outside, Picture};
+use super::photo_pyramid::{Crop, Outside, PhotoPyramid};
 use crate::network::{Network, NetworkError};
 
 /// Texels of the network's input along a side.
@@ -45,7 +45,11 @@ pub(super) fn check(network: &Network) -> Result<(), NetworkError> {
 }
 
 /// The right eye (on the left of the picture) and the left one.
-pub(super) fn find(network: &Network, picture: &Picture<'_>, points: &[[f64; 3]]) -> [Iris; 2] {
+pub(super) fn find(
+    network: &Network,
+    picture: &PhotoPyramid<'_>,
+    points: &[[f64; 3]],
+) -> [Iris; 2] {
     [false, true].map(|is_left| {
         let [from, to] = CORNERS[usize::from(is_left)].map(|index| points[index]);
         let [x, y] = [to[0] - from[0], to[1] - from[1]];
@@ -58,7 +62,7 @@ pub(super) fn find(network: &Network, picture: &Picture<'_>, points: &[[f64; 3]]
     })
 }
 
-fn in_crop(network: &Network, picture: &Picture<'_>, crop: &Crop, is_mirrored: bool) -> Iris {
+fn in_crop(network: &Network, picture: &PhotoPyramid<'_>, crop: &Crop, is_mirrored: bool) -> Iris {
     let mut colors = picture.crop(crop, RESOLUTION, Outside::Nearest);
     if is_mirrored {
         colors.chunks_exact_mut(RESOLUTION).for_each(<[_]>::reverse);

@@ -13,7 +13,7 @@ use uvgraft_io::face_networks::LANDMARKS;
 
 use super::FoundFace;
 use super::detector::logistic;
-use super::picture::{Crop, Outside, Picture};
+use super::photo_pyramid::{Crop, Outside, PhotoPyramid};
 use super::regions::{LEFT_EYE_OUTER, RIGHT_EYE_OUTER};
 use crate::network::{Network, NetworkError};
 
@@ -41,7 +41,7 @@ pub(super) fn check(network: &Network) -> Result<(), NetworkError> {
 /// Landmarks in pixels, and the score of their crop.
 pub(super) fn find(
     network: &Network,
-    picture: &Picture<'_>,
+    picture: &PhotoPyramid<'_>,
     face: &FoundFace,
 ) -> (Vec<[f64; 3]>, f64) {
     let first = in_crop(network, picture, &first_crop(face), None);
@@ -55,7 +55,7 @@ pub(super) fn find(
 /// - `mates`: for each landmark, that of the other side of the face.
 pub(super) fn averaged(
     network: &Network,
-    picture: &Picture<'_>,
+    picture: &PhotoPyramid<'_>,
     points: &[[f64; 3]],
     mates: &[usize],
 ) -> Vec<[f64; 3]> {
@@ -106,7 +106,7 @@ fn crop_around(points: &[[f64; 3]]) -> Crop {
 /// - `mates`: if the network is to see it mirrored: for each landmark, that of the other side.
 fn in_crop(
     network: &Network,
-    picture: &Picture<'_>,
+    picture: &PhotoPyramid<'_>,
     crop: &Crop,
     mates: Option<&[usize]>,
 ) -> (Vec<[f64; 3]>, f64) {

@@ -54,7 +54,8 @@ struct Inner {
     body: OnceLock<Option<BodyLayout>>,
 }
 
-/// A part of the target's surface, on a [`BlendDomain`].
+/// A part of the target's surface, on a [`BlendDomain`]: independent of the sizes of textures, unlike
+/// sets of texels such as a metric's mask.
 #[derive(Debug, Clone)]
 pub struct Selection {
     domain: BlendDomain,

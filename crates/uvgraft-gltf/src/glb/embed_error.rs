@@ -5,7 +5,7 @@ use uvgraft_io::image::{EncodeError, ImageError};
 
 /// An image format of GLB files.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
-pub enum PictureFormat {
+pub enum EmbeddedFormat {
     /// Lossless; supported by all readers.
     Png,
     /// Lossy, without alpha; supported by all readers.
@@ -16,14 +16,14 @@ pub enum PictureFormat {
     Ktx2,
 }
 
-uvgraft::choices!(PictureFormat {
+uvgraft::choices!(EmbeddedFormat {
     Png => "png", "Lossless, supported everywhere";
     Jpeg => "jpeg", "Lossy and small, supported everywhere";
     WebP => "webp", "Lossless and smaller than PNG, supported by browsers and Blender";
     Ktx2 => "ktx2", "Stays compressed on the GPU; needs a build with the feature `ktx2`";
 });
 
-impl PictureFormat {
+impl EmbeddedFormat {
     /// The media type.
     pub const fn mime_type(self) -> &'static str {
         match self {
@@ -38,7 +38,7 @@ impl PictureFormat {
 /// Why an image cannot be embedded in a GLB file.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
-pub enum PictureError {
+pub enum EmbedError {
     /// The image is damaged, or its format is unknown.
     #[error(transparent)]
     Image(#[from] ImageError),
@@ -58,7 +58,7 @@ pub enum PictureError {
     #[error("a fallback image must be PNG or JPEG, got {found:?}")]
     Fallback {
         /// The format.
-        found: PictureFormat,
+        found: EmbeddedFormat,
     },
     /// The encoder failed.
     #[error(transparent)]
