@@ -560,17 +560,17 @@ impl Graft {
             return Ok(found);
         }
         let settings = &self.settings;
-        let made = threads::run(py, threads, || match near {
+        let graft = threads::run(py, threads, || match near {
             Some(near) => near.with_texture_size(sizes.from),
             None => settings.build(sizes),
         })?;
-        let made = Arc::new(made.map_err(of_graft)?);
+        let graft = Arc::new(graft.map_err(of_graft)?);
         let mut kept = self.kept.lock().unwrap_or_else(PoisonError::into_inner);
         if kept.len() == MAX_KEPT {
             kept.remove(0);
         }
-        kept.push(Arc::clone(&made));
-        Ok(made)
+        kept.push(Arc::clone(&graft));
+        Ok(graft)
     }
 
     /// The base of several textures. An array is copied for each in any case.

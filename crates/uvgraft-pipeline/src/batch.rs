@@ -7,14 +7,14 @@ use std::time::Duration;
 
 use uvgraft::threads;
 
-use crate::carry::{Done, Outcome};
 use crate::failure::{Failure, Fault, Result};
 use crate::memory;
 use crate::observer::{Event, Observer, OutputFigures};
 use crate::plan::Job;
-use crate::records::{MadeFrom, Records};
+use crate::records::{Provenance, Records};
 use crate::shared::Shared;
 use crate::spawn;
+use crate::texture_transfer::{Done, Outcome};
 use crate::transfer::Transferred;
 use crate::worker::TransferWorker;
 
@@ -36,16 +36,16 @@ pub(crate) fn run(
             if worker.observer.is_cancelled() {
                 break;
             }
-            let made_from = records.and_then(|records| records.made_from(job));
+            let provenance = records.and_then(|records| records.provenance(job));
             report.begin(job);
             let start = worker.observer.now();
             // Without a bound, whatever is alone is granted.
             let outcome = match memory.take(if is_bound { needed(job) } else { 0 }) {
-                Ok(_reserved) => worker.carry(job, true),
+                Ok(_reserved) => worker.transfer(job, true),
                 Err(failure) => Outcome::from(failure),
             };
             let duration = since(start, worker.observer);
-            report.add(index, Finished { outcome, made_from, duration });
+            report.add(index, Finished { outcome, provenance, duration });
         }
         return report.finish();
     }
@@ -68,15 +68,15 @@ pub(crate) fn run(
             // Waiting for memory blocks the other threads, so that large textures get their turn.
             let reserved = memory.take(needed(job));
             drop(next);
-            let made_from = records.and_then(|records| records.made_from(job));
+            let provenance = records.and_then(|records| records.provenance(job));
             lock(&report).begin(job);
             let start = worker.observer.now();
             let outcome = match reserved {
-                Ok(_reserved) => pool.install(|| worker.carry(job, false)),
+                Ok(_reserved) => pool.install(|| worker.transfer(job, false)),
                 Err(failure) => Outcome::from(failure),
             };
             let duration = since(start, worker.observer);
-            lock(&report).add(index, Finished { outcome, made_from, duration });
+            lock(&report).add(index, Finished { outcome, provenance, duration });
         }
     };
     thread::scope(|scope| {
@@ -97,7 +97,7 @@ pub(crate) fn run(
 struct Finished {
     outcome: Outcome,
     /// What to record for a written output.
-    made_from: Option<MadeFrom>,
+    provenance: Option<Provenance>,
     duration: Option<Duration>,
 }
 
@@ -127,10 +127,11 @@ impl<'a> Report<'a> {
     }
 
     fn add(&mut self, index: usize, finished: Finished) {
-        let Finished { mut outcome, made_from, duration } = finished;
+        let Finished { mut outcome, provenance, duration } = finished;
         let job @ Job { source, output } = &self.jobs[index];
-        if let (Some(records), Some(made_from), Ok(_)) = (self.records, made_from, &outcome.result)
-            && let Err(failure) = records.record(job, &made_from)
+        if let (Some(records), Some(provenance), Ok(_)) =
+            (self.records, provenance, &outcome.result)
+            && let Err(failure) = records.record(job, &provenance)
         {
             outcome.log.warnings.push(failure.to_string());
         }

@@ -12,7 +12,6 @@ use crate::base::{Base, BaseOrder};
 use crate::base_source::BaseSource;
 use crate::batch;
 use crate::blending::{Blending, KnownTexels};
-use crate::carry::{Analysis, losses, write_failure};
 use crate::failure::{Blame, Failure, Result};
 use crate::fingerprint::Seen;
 use crate::layout_checks::LayoutChecks;
@@ -24,6 +23,7 @@ use crate::outputs::{self, Outputs};
 use crate::plan::{Batch, Job, TransferPlan, format_of};
 use crate::records::Records;
 use crate::shared::{Grafts, Options, Shared};
+use crate::texture_transfer::{Analysis, losses, write_failure};
 use crate::transfer::{Existing, Inputs, Transfer, Transferred};
 use crate::unchanged::Unchanged;
 use crate::worker::TransferWorker;
@@ -119,8 +119,8 @@ impl Transfer {
             let first = batch.jobs.first().map(|job| &job.source);
             let first = (first, Analysis::new(self.mask.is_some()));
             let worker = TransferWorker { transfer: self, shared: &shared, observer, first };
-            let carried = batch::run(&worker, &batch.jobs, records.as_ref())?;
-            if carried.written > 0 || left == 0 {
+            let batch_done = batch::run(&worker, &batch.jobs, records.as_ref())?;
+            if batch_done.written > 0 || left == 0 {
                 // The mask of the first texture transferred stands for all.
                 if let Some(path) = mask.take() {
                     self.write_image(&worker.mask()?.into(), path, observer)?;
@@ -129,8 +129,8 @@ impl Transfer {
             if narrowed.is_none() {
                 narrowed = worker.first.1.found().and_then(|found| found.narrowed.clone());
             }
-            done.written += carried.written;
-            done.failures.extend(carried.failures);
+            done.written += batch_done.written;
+            done.failures.extend(batch_done.failures);
         }
         done.blend = narrowed.or(done.blend);
         done.pair = Arc::into_inner(link).and_then(Link::into_pair_file);

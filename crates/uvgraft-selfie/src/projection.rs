@@ -119,8 +119,8 @@ pub(crate) fn project(
     let graft = Graft::builder(pair, sizes).direction(Direction::Forward).gutter_px(0).build()?;
     let base = Texture::filled(texels.size(), Channels::Rgb, Encoding::Srgb, Depth::U8, &[0.0; 3]);
     let base = base.map_err(GraftError::from)?;
-    let carried = graft.apply(crop, base)?;
-    let Texels::U8(values) = carried.into_texels() else { unreachable!("both are 8 bits") };
+    let projected = graft.apply(crop, base)?;
+    let Texels::U8(values) = projected.into_texels() else { unreachable!("both are 8 bits") };
     let colors = values.as_chunks::<3>().0.to_vec();
 
     let mut is_used = vec![false; faces.len()];

@@ -276,8 +276,8 @@ fn components_are_morphs_where_no_face_can_be_measured() {
     let model = model(BodyKind::SmplX);
     let shaped = model.shaped(&bodies::shape(1, 10, 0)).unwrap();
     let mut avatar = shaped.avatar(mesh(&model)).unwrap();
-    let told = shaped.add_expressions(&mut avatar).unwrap();
-    assert!(told.unmeasured.is_some());
+    let reported = shaped.add_expressions(&mut avatar).unwrap();
+    assert!(reported.unmeasured.is_some());
     let names: Vec<&str> = avatar.morphs.iter().map(|morph| morph.name.as_str()).take(11).collect();
     assert_eq!((names[0], names[9], names[10]), ("expression_00", "expression_09", "jaw_open"));
     // A weight of 1 is a coefficient of 1, except for the joints that move with it.

@@ -151,9 +151,12 @@ mod tests {
 
     #[test]
     fn camera_targets_are_names_or_boxes() {
-        let told = |look_at| serde_json::to_string(&look_at).unwrap();
-        assert_eq!(told(LookAt::Named("leftHand")), r#""leftHand""#);
-        assert_eq!(told(LookAt::Box([0.0, 1.0, 0.0, 1.0, 2.0, 0.5])), "[0.0,1.0,0.0,1.0,2.0,0.5]");
+        let reported = |look_at| serde_json::to_string(&look_at).unwrap();
+        assert_eq!(reported(LookAt::Named("leftHand")), r#""leftHand""#);
+        assert_eq!(
+            reported(LookAt::Box([0.0, 1.0, 0.0, 1.0, 2.0, 0.5])),
+            "[0.0,1.0,0.0,1.0,2.0,0.5]"
+        );
     }
 
     #[test]

@@ -35,14 +35,14 @@ impl MaterialOptions {
     /// Transfers all maps.
     ///
     /// - `size`: of maps whose base is a constant.
-    pub(super) fn carry(
+    pub(super) fn transfer(
         &self,
         map_transfer: &MapTransfer<'_>,
         size: Size,
     ) -> Result<TransferredMaps> {
         let mut maps = TransferredMaps { body: Set::default(), head: Set::default() };
         for map in self.requested() {
-            let TransferredMap { body, head } = self.carry_one(&map, map_transfer, size)?;
+            let TransferredMap { body, head } = self.transfer_map(&map, map_transfer, size)?;
             maps.body.put(map.role, body);
             if let Some(head) = head {
                 maps.head.put(map.role, head);
@@ -51,7 +51,7 @@ impl MaterialOptions {
         Ok(maps)
     }
 
-    fn carry_one(
+    fn transfer_map(
         &self,
         map: &MapRequest<'_>,
         map_transfer: &MapTransfer<'_>,
@@ -90,7 +90,7 @@ impl MaterialOptions {
             _ => Content::Data,
         };
         let face = map.face.map(read).transpose()?;
-        map_transfer.carry(face, base, content)
+        map_transfer.transfer(face, base, content)
     }
 
     /// A normal map of the body, converted to green up.
@@ -128,7 +128,7 @@ impl Set {
     }
 
     /// Puts the maps into a material.
-    fn dress(
+    fn add_to(
         self,
         looks: &mut AvatarMaterial,
         how: &Encoder,
@@ -167,7 +167,7 @@ impl TransferredMaps {
     ) -> std::result::Result<Vec<AvatarMaterial>, EmbedError> {
         let style = how.style;
         let mut body = AvatarMaterial { style, ..AvatarMaterial::new(how.color(colors.0)?) };
-        self.body.dress(&mut body, how)?;
+        self.body.add_to(&mut body, how)?;
         let mut all = vec![body];
         if let Some(color) = colors.1 {
             let color = how.color(color)?;
@@ -177,7 +177,7 @@ impl TransferredMaps {
                 name: "head".to_owned(),
                 ..AvatarMaterial::new(color)
             };
-            self.head.dress(&mut head, how)?;
+            self.head.add_to(&mut head, how)?;
             all.push(head);
         }
         Ok(all)

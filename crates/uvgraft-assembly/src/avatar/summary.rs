@@ -11,7 +11,7 @@ use uvgraft_gltf::preset::{Limits, Measurements};
 use crate::report::{Report, grouped, megabytes};
 
 /// An avatar that was made.
-pub(super) struct Made<'a> {
+pub(super) struct AvatarSummary<'a> {
     pub(super) file_name: &'a Path,
     pub(super) is_vrm: bool,
     pub(super) body: &'a str,
@@ -41,7 +41,7 @@ pub(super) struct Simplified {
     pub(super) wanted: usize,
 }
 
-impl Made<'_> {
+impl AvatarSummary<'_> {
     pub(super) fn report(&self) -> Report {
         let (figures, avatar) = (self.figures, self.avatar);
         let mut report = Report::default();

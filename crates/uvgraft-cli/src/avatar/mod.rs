@@ -202,21 +202,21 @@ pub(crate) fn run(args: &Args) -> anyhow::Result<ExitCode> {
     let request = args.request()?;
     request.check()?;
     args.check_outputs(&request)?;
-    let made = request.make(&Notes)?;
-    if let (Some(path), Some(labels)) = (args.blending.drawn_labels(), made.labels) {
+    let files = request.make(&Notes)?;
+    if let (Some(path), Some(labels)) = (args.blending.drawn_labels(), files.labels) {
         let written = image::write(&labels.into(), path, &WriteOptions::default())?;
         written.losses.iter().for_each(warn);
         outcome::wrote(path);
     }
-    if let (Some(path), Some(preview)) = (&args.blending.preview, made.preview) {
+    if let (Some(path), Some(preview)) = (&args.blending.preview, files.preview) {
         drawing::write(preview, path)?;
         outcome::wrote(path);
     }
-    write(&args.output, &made.file)?;
-    for (index, file) in made.levels.iter().enumerate() {
+    write(&args.output, &files.file)?;
+    for (index, file) in files.levels.iter().enumerate() {
         write(&level_file(&args.output, index + 1), file)?;
     }
-    outcome::report(|| &made.report, || made.report.to_string())?;
+    outcome::report(|| &files.report, || files.report.to_string())?;
     match PAGE {
         Some(_) => outcome::look_by(format_args!("view {}", outcome::argument(&args.output))),
         None => outcome::look_by_picture(&args.output, None, false),

@@ -66,8 +66,8 @@ pub(crate) fn run(args: &Args) -> anyhow::Result<ExitCode> {
     let mut steps = Steps::new();
     let open_body = args.body.as_deref().map(|path| open_body::Files::new(path, args.size));
     let open_body = open_body.transpose()?;
-    if let Some(made) = &open_body {
-        steps.done("open body", &made.summary)?;
+    if let Some(built) = &open_body {
+        steps.done("open body", &built.summary)?;
     }
     let transferred = Transferred::new(args.size, &mut steps)?;
     let pictures = Pictures::new(&transferred, &mut steps)?;
@@ -78,11 +78,11 @@ pub(crate) fn run(args: &Args) -> anyhow::Result<ExitCode> {
     let outputs = transferred.write(outputs, pictures)?;
     let outputs = avatar.write(outputs)?;
     let outputs = match open_body {
-        Some(made) => made.write(outputs)?,
+        Some(built) => built.write(outputs)?,
         None => outputs,
     };
     let outputs = match selfie {
-        Some(made) => made.write(outputs)?,
+        Some(built) => built.write(outputs)?,
         None => outputs,
     };
     steps.done("writing", &format!("{} files", outputs.written.len()))?;
@@ -239,7 +239,7 @@ impl Selfie {
         let Transferred { figure, body, .. } = transferred;
         let photo = selfie::photo(args.photo.as_deref(), figure, body, &args.output)?;
         let Some(photo) = photo else { return Ok(None) };
-        let (glb, sheet) = selfie::made(&photo)?;
+        let (glb, sheet) = selfie::build(&photo)?;
         steps.done("selfie", "avatar of a photograph")?;
         Ok(Some(Self { photo, glb, sheet }))
     }

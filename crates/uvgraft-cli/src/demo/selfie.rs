@@ -54,7 +54,7 @@ pub(super) fn photo(
 
 /// Makes the figure an avatar of a photograph, as `uvgraft avatar --selfie` does, and draws the
 /// photograph beside the avatar from the front, the side and as a whole.
-pub(super) fn made(photo: &Path) -> anyhow::Result<(Vec<u8>, Sheet)> {
+pub(super) fn build(photo: &Path) -> anyhow::Result<(Vec<u8>, Sheet)> {
     let mut request = AvatarRequest::new(Body::Figure, "selfie.glb");
     request.photos = vec![photo.into()];
     let glb = request.make(&Notes)?.file;

@@ -8,9 +8,9 @@ use uvgraft_io::image::{self, Format, Image, WriteOptions};
 
 use super::has_placeholder;
 use super::names::{Pattern, numbered};
-use crate::carry::write_failure;
 use crate::failure::{Blame, Failure, Result};
 use crate::observer::Observer;
+use crate::texture_transfer::write_failure;
 
 /// A texture with an image for each tile.
 pub(super) struct TiledSource {

@@ -185,7 +185,7 @@ impl FaceNetworks {
     }
 
     fn averaged(&self, picture: &PhotoPyramid<'_>, points: &[[f64; 3]]) -> Vec<[f64; 3]> {
-        mesh::averaged(&self.mesh, picture, points, &self.canonical.mates)
+        mesh::averaged(&self.mesh, picture, points, &self.canonical.mirror_partners)
     }
 
     fn complete(

@@ -162,12 +162,12 @@ impl BlendDomain {
     fn try_head(&self) -> &Result<HeadLayout, LabelError> {
         let find = || {
             let mesh = self.pair().from(self.direction());
-            let mut is_carried = vec![false; mesh.faces().len()];
+            let mut is_transferred = vec![false; mesh.faces().len()];
             for piece in self.pieces().all() {
-                is_carried[piece.from as usize] = true;
+                is_transferred[piece.from as usize] = true;
             }
-            let head = HeadLayout::new(mesh, &is_carried)?;
-            if head.has_cheeks(mesh, &is_carried) { Ok(head) } else { Err(LabelError::Cheeks) }
+            let head = HeadLayout::new(mesh, &is_transferred)?;
+            if head.has_cheeks(mesh, &is_transferred) { Ok(head) } else { Err(LabelError::Cheeks) }
         };
         cached(&self.0.head, find)
     }

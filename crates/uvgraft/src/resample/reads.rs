@@ -127,10 +127,10 @@ impl Reads {
                     0.5 * f64::from(samples[axis] - 1) * x.hypot(y)
                 };
                 // Extrapolation of the gutter beyond an edge, along the longer of the two axes.
-                let carried = [0, 1].map(|k| {
+                let squared = [0, 1].map(|k| {
                     (0..2).map(|axis| (patch.jacobian[k][axis] * scale[k]).powi(2)).sum::<f64>()
                 });
-                spread(0) + spread(1) + map.reach_px() * carried[0].max(carried[1]).sqrt()
+                spread(0) + spread(1) + map.reach_px() * squared[0].max(squared[1]).sqrt()
             })
             .fold(0.0, f64::max);
         // Half the taps, and one texel more for the diagonal.

@@ -62,12 +62,12 @@ pub(super) fn resolve(
         if !texture.is_null() {
             specular["specularColorTexture"] = texture.clone();
             let key = roughness_key(gloss);
-            let made = match known.get(&key) {
-                Some(&Some(made)) => Some(made),
+            let converted = match known.get(&key) {
+                Some(&Some(converted)) => Some(converted),
                 _ => roughness(gloss, json, asset, accessors, file)?,
             };
-            known.insert(key, made);
-            if let Some(rough) = made {
+            known.insert(key, converted);
+            if let Some(rough) = converted {
                 let mut texture = texture.clone();
                 texture["index"] = rough.into();
                 pbr["metallicRoughnessTexture"] = texture;

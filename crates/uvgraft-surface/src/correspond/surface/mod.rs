@@ -264,17 +264,17 @@ pub(super) fn pieces(
         flipped += usize::from(!kind.is_hidden() && nearest.is_some());
         *kind = kind.alone();
     }
-    let laid =
+    let overlay =
         overlay::overlay(&goal, &registered, &kinds.target, options.reach, options.visibility);
     spent()?;
-    if laid.pieces.is_empty() {
+    if overlay.pieces.is_empty() {
         return Err(SurfaceError::Nothing);
     }
     if !placement.is_exact {
-        check::check(source, &placement, &rest, &registered, &laid, to_unit)?;
+        check::check(source, &placement, &rest, &registered, &overlay, to_unit)?;
     }
-    let report = report(&placement, &registered, &laid, flipped, target, &surfaces[1]);
-    Ok((laid.pieces, report))
+    let report = report(&placement, &registered, &overlay, flipped, target, &surfaces[1]);
+    Ok((overlay.pieces, report))
 }
 
 /// How many boxes and triangles may be looked at to find closest points.
@@ -449,12 +449,12 @@ fn anchors(
 fn report(
     placement: &Placement,
     registered: &Shape,
-    laid: &overlay::Overlay,
+    overlay: &overlay::Overlay,
     flipped: usize,
     target: &Mesh,
     surface: &Surface,
 ) -> SurfaceReport {
-    let mut distances = laid.distances.clone();
+    let mut distances = overlay.distances.clone();
     distances.sort_unstable_by(f64::total_cmp);
     let at = |share: f64| {
         let last = distances.len().saturating_sub(1) as f64;
@@ -475,7 +475,7 @@ fn report(
         flipped,
         worn: placement.worn.iter().filter(|is_worn| **is_worn).count(),
         heads_turned: check::heads_turned(placement),
-        covered: share_of_area(surface, &laid.covered),
+        covered: share_of_area(surface, &overlay.covered),
         registered: points,
     }
 }

@@ -54,9 +54,10 @@ pub(super) fn overlay(
         reach,
         visibility,
     };
-    let laid = map_indices(target.triangles.len(), |triangle| context.triangle(triangle as u32));
+    let overlaid =
+        map_indices(target.triangles.len(), |triangle| context.triangle(triangle as u32));
     let mut overlay = Overlay::default();
-    for OverTriangle { pieces, covered, distance } in laid {
+    for OverTriangle { pieces, covered, distance } in overlaid {
         overlay.pieces.extend(pieces);
         overlay.covered.push(covered);
         overlay.distances.extend(distance);

@@ -59,7 +59,7 @@ pub(in crate::correspond) fn placed(
         surface.triangles().iter().filter(|points| !has_place(points)).count();
     let goal = Goal::new(Shape::new(&below, to_unit), &Effort::unlimited());
     let kinds = vec![Kind::ANY; shape.triangles.len()];
-    let laid = overlay(&goal, &shape, &kinds, options.reach, options.visibility);
-    let covered = share_of_area(&surface, &laid.covered);
-    Placed { pieces: laid.pieces, covered, faces_without_place }
+    let overlay = overlay(&goal, &shape, &kinds, options.reach, options.visibility);
+    let covered = share_of_area(&surface, &overlay.covered);
+    Placed { pieces: overlay.pieces, covered, faces_without_place }
 }

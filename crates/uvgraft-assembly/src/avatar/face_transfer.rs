@@ -1,4 +1,4 @@
-//! The face on the body's texture.
+//! Transfers the face onto the body's texture.
 
 use std::sync::Arc;
 
@@ -18,7 +18,7 @@ use super::request::{AvatarRequest, Body, TextureLayout};
 use crate::{pair_picture, skin};
 
 /// The textures of an avatar.
-pub(super) struct Dressed<'a> {
+pub(super) struct AvatarTextures<'a> {
     /// The body's colours with the face.
     pub(super) body: Texture,
     /// The head's own texture, if it keeps its layout.
@@ -34,7 +34,7 @@ pub(super) struct Dressed<'a> {
 /// The base texture, at the requested size.
 ///
 /// - `preset`: limits the size of the result.
-pub(super) fn base(request: &AvatarRequest, preset: Option<&Preset>) -> Result<Texture> {
+pub(super) fn base_texture(request: &AvatarRequest, preset: Option<&Preset>) -> Result<Texture> {
     let asked = request.textures.size;
     let fit = |size: Size| preset.map_or(size, |preset| preset.texture_size(size));
     match &request.onto {
@@ -73,14 +73,14 @@ fn own_skin(request: &AvatarRequest, size: Size) -> Result<Texture> {
 /// Transfers a face onto a base and blends the border according to the options.
 ///
 /// - `preset`: limits the size of the head's own texture.
-pub(super) fn dress<'a>(
+pub(super) fn transfer_face<'a>(
     request: &AvatarRequest,
     file: &PairFile,
     face: Face,
     base: Texture,
     preset: Option<&Preset>,
     observer: &'a dyn Observer,
-) -> Result<Dressed<'a>> {
+) -> Result<AvatarTextures<'a>> {
     let path = &*face.name;
     let known = KnownTexels::read(request.source_mask.as_ref(), request.fill.as_ref())?;
     let known = known.with_default_mask(face.confidence, path);
@@ -145,7 +145,7 @@ pub(super) fn dress<'a>(
     };
     let head = map_transfer.head_color(face, &body)?.map(srgb);
     let labels = labels.map(|labels| labels.picture());
-    Ok(Dressed { body, head, map_transfer, preview, labels })
+    Ok(AvatarTextures { body, head, map_transfer, preview, labels })
 }
 
 /// With the encoding that files have.
