@@ -91,5 +91,6 @@ if [ "$kind" = big-endian ]; then
   echo "test-$kind: $skip is skipped, since QEMU multiplies wrongly"
 fi
 # Tests that measure memory or send signals are those of the command, which is not run here.
-"$cargo" test --locked --target "$target" --profile machines -p uvgraft-surface -p uvgraft -p uvgraft-io --lib --tests -- \
+"$cargo" test --locked --target "$target" --profile machines -p uvgraft-surface -p uvgraft -p uvgraft-files -p uvgraft-image -p uvgraft-io \
+  --lib --tests -- \
   ${skip:+--skip "$skip"}

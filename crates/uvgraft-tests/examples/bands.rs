@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 
 use uvgraft::{Channels, Depth, Encoding, Graft, Pair, Size, Sizes, TexelFormat, Texture};
 use uvgraft_figure::{Figure, paint_head};
-use uvgraft_io::image::{BandWriter, TextureSpec, WriteOptions};
+use uvgraft_image::{BandWriter, TextureSpec, WriteOptions};
 
 /// Rows per band.
 const ROWS: u32 = 256;
@@ -27,7 +27,7 @@ pub fn run(path: &Path) -> Result<(), Box<dyn Error>> {
     let spec = TextureSpec::new(size, overlay.format());
     let mut writer = BandWriter::create(path, spec, None, &WriteOptions::default())?;
     for first_row in (0..size.height).step_by(ROWS as usize) {
-        // A single colour here; `uvgraft_io::image::BandReader` reads the bands of an image.
+        // A single colour here; `uvgraft_image::BandReader` reads the bands of an image.
         let band = Size::new(size.width, ROWS.min(size.height - first_row));
         let band = Texture::filled(band, base.channels, base.encoding, base.depth, &[0.3; 3])?;
         writer.push(&overlay.lay(first_row, band)?)?;

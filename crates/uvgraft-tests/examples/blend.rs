@@ -8,7 +8,7 @@ use std::sync::Arc;
 use uvgraft::blend::Growth;
 use uvgraft::{BlendDomain, BlendOptions, Direction, Graft, Pair, Size, Sizes};
 use uvgraft_figure::{Figure, paint_body_in_tone, paint_head};
-use uvgraft_io::image::{self, Image, WriteOptions};
+use uvgraft_image::{self as image, Image, WriteOptions};
 
 /// - `path`: the image to write.
 pub fn run(path: &Path) -> Result<(), Box<dyn Error>> {

@@ -9,7 +9,7 @@ use uvgraft::{
     Channels, Depth, Direction, Encoding, FitOptions, FitSummary, Graft, Pair, Size, Sizes, Texture,
 };
 use uvgraft_figure::{Figure, paint_body, paint_head};
-use uvgraft_io::image::{self, Image, WriteOptions};
+use uvgraft_image::{self as image, Image, WriteOptions};
 
 /// Returns the outcome of the fit.
 ///

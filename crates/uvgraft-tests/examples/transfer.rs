@@ -6,12 +6,12 @@ use std::path::{Path, PathBuf};
 
 use uvgraft::{Graft, Pair, Size, Sizes};
 use uvgraft_figure::{Figure, paint_body, paint_head};
-use uvgraft_io::image::{self, Image, WriteOptions};
+use uvgraft_image::{self as image, Image, WriteOptions};
 
 /// - `path`: the image to write.
 pub fn run(path: &Path) -> Result<(), Box<dyn Error>> {
     // A head, and a body that contains it with other vertex indices and other UV coordinates.
-    // `uvgraft_io::obj::read`, `uvgraft_io::vertex_map::read` and `uvgraft_io::image::read` read
+    // `uvgraft_io::obj::read`, `uvgraft_io::vertex_map::read` and `uvgraft_image::read` read
     // them from files.
     let figure = Figure::new();
     let face = paint_head(&figure, Size::square(1024));

@@ -23,7 +23,7 @@ fn written<R>(run: impl Fn(&Path) -> Result<R, Box<dyn Error>>) -> (Texture, R) 
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("result.png");
     let result = run(&path).unwrap();
-    (uvgraft_io::image::read(&path).unwrap().texture, result)
+    (uvgraft_image::read(&path).unwrap().texture, result)
 }
 
 #[test]

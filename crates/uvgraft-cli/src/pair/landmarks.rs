@@ -8,7 +8,7 @@ use anyhow::Context;
 use uvgraft::Mesh;
 use uvgraft::correspond::surface::SurfaceOptions;
 use uvgraft::dots;
-use uvgraft_io::image::{self, Format};
+use uvgraft_image::{self as image, Format};
 use uvgraft_io::vertex_map;
 
 use crate::failure::{OrBadInput, bad_input};

@@ -3,7 +3,7 @@
 use std::io::Cursor;
 
 use uvgraft::{Depth, Encoding, Size, Texels, Texture};
-use uvgraft_io::image::{self, Format, WriteOptions};
+use uvgraft_image::{self as image, Format, WriteOptions};
 
 use super::embed_error::{EmbedError, EmbeddedFormat};
 use super::ktx2_header;
@@ -29,12 +29,8 @@ impl EmbeddedImage {
             return Ok(Self { bytes, format: EmbeddedFormat::Ktx2, size, fallback: None });
         }
         let header = image::decode_header(&bytes)?;
-        let format = match header.format {
-            Format::Png => EmbeddedFormat::Png,
-            Format::Jpeg => EmbeddedFormat::Jpeg,
-            Format::WebP => EmbeddedFormat::WebP,
-            other => return Err(EmbedError::Format { found: other.name() }),
-        };
+        let format = EmbeddedFormat::of(header.format)
+            .ok_or_else(|| EmbedError::Format { found: header.format.name() })?;
         Ok(Self { bytes, format, size: header.size, fallback: None })
     }
 
@@ -57,16 +53,13 @@ impl EmbeddedImage {
             Encoding::Linear => Encoding::Srgb,
             other => other,
         };
-        let file_format = match format {
-            EmbeddedFormat::Png => Format::Png,
-            EmbeddedFormat::Jpeg => Format::Jpeg,
-            EmbeddedFormat::WebP => Format::WebP,
-            EmbeddedFormat::Ktx2 => return Self::encode_ktx2(texture.encoded_as(encoding)),
+        let Some(file_format) = Format::from_media_type(format.mime_type()) else {
+            return Self::encode_ktx2(texture.encoded_as(encoding));
         };
         let texture = texture.encoded_as(encoding);
         let channels = texture.channels();
         let texture = texture.converted(channels, Depth::U8);
-        let alpha = channels.has_alpha() && format != EmbeddedFormat::Jpeg && !is_opaque(&texture);
+        let alpha = channels.has_alpha() && file_format.codec().has_alpha && !is_opaque(&texture);
         let channels = if alpha { channels.with_alpha() } else { channels.without_alpha() };
         let texture = texture.converted(channels, Depth::U8);
         let size = texture.size();
@@ -168,7 +161,7 @@ mod tests {
         EmbeddedImage::new(b"hello, not an image".to_vec()).unwrap_err();
         let mut tiff = Cursor::new(Vec::new());
         let options = WriteOptions::default();
-        let _ = image::encode(&texture(1.0).into(), Format::Tiff, &options, &mut tiff).unwrap();
+        let _ = image::encode(&texture(1.0).into(), Format::TIFF, &options, &mut tiff).unwrap();
         let error = EmbeddedImage::new(tiff.into_inner()).unwrap_err();
         assert!(matches!(error, EmbedError::Format { found: "TIFF" }), "{error}");
         let webp = EmbeddedImage::encode(texture(1.0), EmbeddedFormat::WebP, 90).unwrap();
