@@ -26,32 +26,17 @@ pub(crate) fn run(
 ) -> Result<Transferred> {
     let threads = threads::count();
     let at_once = worker.transfer.jobs.map_or(threads, usize::from).min(jobs.len());
-    let mut report = Report::new(jobs, records, worker.observer);
     let Shared { options, base, unchanged, .. } = worker.shared;
     let memory = worker.transfer.budget(base, unchanged.as_ref());
     let needed = |job: &Job| memory::needed(job, base.size(), base.depth(), options);
     if at_once <= 1 {
+        // Without a bound, whatever is alone is granted.
         let is_bound = worker.transfer.memory.is_some();
-        for (index, job) in jobs.iter().enumerate() {
-            if worker.observer.is_cancelled() {
-                break;
-            }
-            let provenance = records.and_then(|records| records.provenance(job));
-            report.begin(job);
-            let start = worker.observer.now();
-            // Without a bound, whatever is alone is granted.
-            let outcome = match memory.take(if is_bound { needed(job) } else { 0 }) {
-                Ok(_reserved) => worker.transfer(job, true),
-                Err(failure) => Outcome::from(failure),
-            };
-            let duration = since(start, worker.observer);
-            report.add(index, Finished { outcome, provenance, duration });
-        }
-        return report.finish();
+        let take = |job: &Job| memory.take(if is_bound { needed(job) } else { 0 });
+        return run_in_turn(worker, jobs, records, take);
     }
-
     let next = Mutex::new(0);
-    let report = Mutex::new(report);
+    let report = Mutex::new(Report::new(jobs, records, worker.observer));
     let work = || -> Result<()> {
         // Each texture is processed by one thread, unless there are more threads than textures: the
         // textures alone keep all threads busy.
@@ -91,6 +76,33 @@ pub(crate) fn run(
         })
     })?;
     report.into_inner().unwrap_or_else(PoisonError::into_inner).finish()
+}
+
+/// Processes the textures one after the other, each with all threads.
+///
+/// - `take`: reserves the memory that a texture needs.
+fn run_in_turn<Reserved>(
+    worker: &TransferWorker<'_>,
+    jobs: &[Job],
+    records: Option<&Records>,
+    take: impl Fn(&Job) -> Result<Reserved>,
+) -> Result<Transferred> {
+    let mut report = Report::new(jobs, records, worker.observer);
+    for (index, job) in jobs.iter().enumerate() {
+        if worker.observer.is_cancelled() {
+            break;
+        }
+        let provenance = records.and_then(|records| records.provenance(job));
+        report.begin(job);
+        let start = worker.observer.now();
+        let outcome = match take(job) {
+            Ok(_reserved) => worker.transfer(job, true),
+            Err(failure) => Outcome::from(failure),
+        };
+        let duration = since(start, worker.observer);
+        report.add(index, Finished { outcome, provenance, duration });
+    }
+    report.finish()
 }
 
 /// A texture that is done, successfully or not.

@@ -240,25 +240,11 @@ impl Problem<'_> {
         let count = unknowns.size().texels() * C;
         let mut fitted = vec![0.0; count];
         sampling.fill_floats::<C>(&mut source, &mut fitted);
-
-        // The residual `s − H f₀`, where there is an equation.
-        let mut step = fitted.clone();
-        let mut product = vec![0.0; equations.size().texels() * C];
-        back.resampler().fill_floats::<C>(&mut step, &mut product);
-        let mut residual = vec![0.0; product.len()];
-        equations.update::<C>(&mut residual, &source, |_, source| source);
-        equations.update::<C>(&mut residual, &product, |residual, product| residual - product);
+        let mut residual = self.residual::<C>(fitted.clone(), &source);
         drop(source);
 
-        let lambda = self.options.regularization;
-        let smoothness =
-            self.options.smoothness.unwrap_or_else(|| default_smoothness(sampling.filter()));
-        // Regularisation of the correction: `λ ‖δ‖² + μ ‖∇δ‖²`.
-        let penalty = |delta: &[f32]| {
-            let offset = f64::from(lambda) * unknowns.dot::<C>(delta, delta);
-            let rough = if smoothness == 0.0 { 0.0 } else { unknowns.roughness::<C>(delta) };
-            offset + f64::from(smoothness) * rough
-        };
+        let regularization = self.regularization();
+        let penalty = |delta: &[f32]| regularization.penalty::<C>(unknowns, delta);
         let terms = (equations.texels() * C).max(1) as f64;
         let mut squares = equations.dot::<C>(&residual, &residual);
         let mut report = |step: u32, squares: f64| {
@@ -266,19 +252,15 @@ impl Problem<'_> {
             progress(FitProgress { step, max_steps: self.options.max_steps, rms });
         };
         report(0, squares);
-        let mut delta = vec![0.0; count];
-        let mut gradient = vec![0.0; count];
-        step.fill(0.0);
+        let [mut delta, mut gradient, mut step] = [(); 3].map(|()| vec![0.0; count]);
+        let mut product = vec![0.0; residual.len()];
         let (mut error, mut gamma) = (squares, 0.0);
         for number in 1..=self.options.max_steps {
             // Negative gradient `Hᵀ residual − λ δ − μ ∇ᵀ∇ δ`, made conjugate to the previous
             // steps.
             gradient.fill(0.0);
             back.add_transposed_to::<C>(&residual, &mut gradient);
-            unknowns.update::<C>(&mut gradient, &delta, |g, delta| g - lambda * delta);
-            if smoothness > 0.0 {
-                unknowns.smooth::<C>(&delta, &mut gradient, smoothness);
-            }
+            regularization.add_gradient::<C>(unknowns, &delta, &mut gradient);
             let last_gamma = gamma;
             gamma = unknowns.dot::<C>(&gradient, &gradient);
             if gamma == 0.0 {
@@ -306,6 +288,57 @@ impl Problem<'_> {
         }
         unknowns.update::<C>(&mut fitted, &delta, |fitted, delta| fitted + delta);
         fitted
+    }
+
+    /// `s − H f`, where there is an equation.
+    ///
+    /// - `texture`: `f`, which is padded in place.
+    fn residual<const C: usize>(&self, mut texture: Vec<f32>, source: &[f32]) -> Vec<f32> {
+        let FitSystem { back, equations, .. } = self.system;
+        let mut product = vec![0.0; equations.size().texels() * C];
+        back.resampler().fill_floats::<C>(&mut texture, &mut product);
+        let mut residual = vec![0.0; product.len()];
+        equations.update::<C>(&mut residual, source, |_, source| source);
+        equations.update::<C>(&mut residual, &product, |residual, product| residual - product);
+        residual
+    }
+
+    fn regularization(&self) -> Regularization {
+        let default = || default_smoothness(self.system.sampling.filter());
+        Regularization {
+            lambda: self.options.regularization,
+            smoothness: self.options.smoothness.unwrap_or_else(default),
+        }
+    }
+}
+
+/// Regularisation of the correction: `λ ‖δ‖² + μ ‖∇δ‖²`.
+#[derive(Clone, Copy)]
+struct Regularization {
+    /// `λ`.
+    lambda: f32,
+    /// `μ`.
+    smoothness: f32,
+}
+
+impl Regularization {
+    fn penalty<const C: usize>(self, unknowns: &TexelSet, delta: &[f32]) -> f64 {
+        let offset = f64::from(self.lambda) * unknowns.dot::<C>(delta, delta);
+        let rough = if self.smoothness == 0.0 { 0.0 } else { unknowns.roughness::<C>(delta) };
+        offset + f64::from(self.smoothness) * rough
+    }
+
+    /// Adds `−λ δ − μ ∇ᵀ∇ δ`.
+    fn add_gradient<const C: usize>(
+        self,
+        unknowns: &TexelSet,
+        delta: &[f32],
+        gradient: &mut [f32],
+    ) {
+        unknowns.update::<C>(gradient, delta, |g, delta| g - self.lambda * delta);
+        if self.smoothness > 0.0 {
+            unknowns.smooth::<C>(delta, gradient, self.smoothness);
+        }
     }
 }
 
