@@ -293,13 +293,7 @@ fn print(outputs: &Outputs<'_>, photo: Option<&Path>) -> anyhow::Result<()> {
     let [before, after] = ["body_base.png", "body_with_face.png"].map(path);
     let [body, face, avatar] = ["body.obj", "face.png", "avatar.glb"].map(path);
     let [shown, turning] = ["shown.png", "turning.gif"].map(path);
-    let mut print_commands = |what: &str, commands: &[String]| {
-        let _ = writeln!(text, "\n{what}:");
-        for arguments in commands {
-            let _ = writeln!(text, "  {}", outcome::command(arguments));
-        }
-    };
-    print_commands(
+    text += &commands(
         "Look at the body before and after, and at the avatar from all sides",
         &[
             format!("render {body} -t {before} -t {after} -o {shown}"),
@@ -310,7 +304,7 @@ fn print(outputs: &Outputs<'_>, photo: Option<&Path>) -> anyhow::Result<()> {
         ],
     );
     let [head, ids, wave] = ["head.obj", "head_to_body.npy", "wave.npz"].map(path);
-    print_commands(
+    text += &commands(
         "The same steps one by one, for files of your own in place of these",
         &[
             format!("pair {head} {body} --vertex-map {ids} -o my.uvpair"),
@@ -323,7 +317,7 @@ fn print(outputs: &Outputs<'_>, photo: Option<&Path>) -> anyhow::Result<()> {
     if let Some(photo) = photo {
         let small =
             if photo.ends_with(selfie::ASTRONAUT) { ", where the astronaut's has 108" } else { "" };
-        print_commands(
+        text += &commands(
             &format!(
                 "The same with a photograph of yours (a face should be 200 pixels high or more{small})"
             ),
@@ -344,6 +338,12 @@ fn print(outputs: &Outputs<'_>, photo: Option<&Path>) -> anyhow::Result<()> {
         );
     }
     terminal::print(&text)
+}
+
+/// Commands to try, under what they are for.
+fn commands(what: &str, commands: &[String]) -> String {
+    let lines = commands.iter().map(|arguments| format!("  {}\n", outcome::command(arguments)));
+    format!("\n{what}:\n{}", lines.collect::<String>())
 }
 
 /// Prints each step as it ends, and how long it took.

@@ -353,10 +353,23 @@ impl OverlapResolver {
             spans.push(Span { start, end, face: owned[0] });
             start = end;
         }
+        self.note_clashes(&spans[first..], precedence, clashes);
+        let mut covering = 0;
+        let is_shared = |more: &&i32| {
+            covering += **more;
+            covering > 1
+        };
+        self.more.iter().filter(is_shared).count()
+    }
+
+    /// Adds which islands take texels from which.
+    ///
+    /// - `owned`: the spans of the owners.
+    fn note_clashes(&mut self, owned: &[Span], precedence: &Precedence, clashes: &mut Clashes) {
         let island = |face: u32| precedence.of_faces()[face as usize];
         // Islands own most of their texels together.
         self.islands.clear();
-        for span in &spans[first..] {
+        for span in owned {
             let owner = island(span.face);
             match self.islands.last_mut() {
                 Some((end, last)) if *last == owner => *end = span.end,
@@ -372,12 +385,6 @@ impl OverlapResolver {
                 }
             }
         }
-        let mut covering = 0;
-        let is_shared = |more: &&i32| {
-            covering += **more;
-            covering > 1
-        };
-        self.more.iter().filter(is_shared).count()
     }
 }
 
