@@ -1,6 +1,6 @@
 //! Formats of embedded images, and errors for them.
 
-use uvgraft::TextureError;
+use uvgraft::{Choice, TextureError};
 use uvgraft_image::{EncodeError, Format, ImageError};
 
 /// An image format of GLB files.

@@ -24,6 +24,7 @@ use super::error::SceneError;
 use super::images;
 use super::unpack::unpack;
 use crate::container::{Glb, is_glb};
+use crate::glb::PictureFormat;
 
 /// Extensions that are resolved here and removed from the file.
 const RESOLVED: [&str; 5] = [
