@@ -24,7 +24,7 @@ use super::error::SceneError;
 use super::images;
 use super::unpack::unpack;
 use crate::container::{Glb, is_glb};
-use crate::glb::PictureFormat;
+use crate::glb::EmbeddedFormat;
 
 /// Extensions that are resolved here and removed from the file.
 const RESOLVED: [&str; 5] = [
