@@ -999,7 +999,7 @@ impl<'py> Options<'py> {
             }
             Ok(Arc::new(blend))
         })??;
-        // With a membrane each texture is told that there is no boundary.
+        // With a membrane each texture gets a warning that there is no boundary.
         if blend.feather_fit() == FeatherFit::NoBoundary && !options.needs_colors() {
             let warning = "feather has no effect: the region has no boundary".to_owned();
             warn_caller(py, vec![warning])?;

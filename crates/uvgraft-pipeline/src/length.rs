@@ -234,7 +234,7 @@ mod tests {
         assert!([0.28, 1.79, 4.0].map(message).iter().all(|message| message.starts_with("note: ")));
     }
 
-    /// What an observer was told.
+    /// The last message to an observer.
     #[derive(Default)]
     struct Recorder(Mutex<String>);
 

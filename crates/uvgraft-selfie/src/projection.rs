@@ -41,7 +41,7 @@ const FROM_PART: f64 = 0.03;
 /// The same in pixels of the photograph, at least.
 const LEAST_PX: f64 = 1.0;
 
-/// Why a photograph was not carried over.
+/// Why a photograph was not transferred.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum ProjectionError {

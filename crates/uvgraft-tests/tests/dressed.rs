@@ -4,7 +4,7 @@ use std::collections::HashMap;
 
 use glam::{DMat3, DVec3};
 use uvgraft::correspond::surface::{SurfaceError, SurfaceReport};
-use uvgraft::correspond::{By, FindOptions, Method, Refusal, find};
+use uvgraft::correspond::{By, FindOptions, Method, MethodFailure, find};
 use uvgraft::{Anatomy, AnatomyError, Area, HeadFrame, Mesh, Pair};
 use uvgraft_figure::Figure;
 use uvgraft_tests::dressed::{Extra, dressed};
@@ -247,7 +247,7 @@ fn what_was_laid_wrongly_on_a_face_is_refused() {
     for (axis, degrees) in [(0, 60.0), (0, 180.0), (2, 90.0)] {
         let error = find(source.clone(), target.clone(), &turned(&source, &target, axis, degrees));
         let error = error.expect_err("a head that is turned");
-        let Refusal::Surface(error) = &error.0[0] else { panic!("{error}") };
+        let MethodFailure::Surface(error) = &error.0[0] else { panic!("{error}") };
         // A face that looks the other way may have nothing on it at all.
         match error {
             SurfaceError::Turned { most, .. } => reported += usize::from(*most == 20.0),

@@ -1,4 +1,4 @@
-//! Normal maps carried to another layout equal those baked there.
+//! Normal maps transferred to another layout equal those baked there.
 
 #![expect(clippy::unwrap_used, reason = "a failed unwrap is a failed test")]
 

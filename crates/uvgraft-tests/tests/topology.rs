@@ -1,7 +1,7 @@
 //! Meshes linked by connectivity alone.
 
 use uvgraft::correspond::topology::{TopologyError, TopologyReport};
-use uvgraft::correspond::{By, FindOptions, Method, Refusal, find};
+use uvgraft::correspond::{By, FindOptions, Method, MethodFailure, find};
 use uvgraft::{Corner, Extent, Mesh, Pair, Piece};
 use uvgraft_tests::real;
 use uvgraft_tests::shuffled::Shuffled;
@@ -372,7 +372,7 @@ fn meshes_that_look_alike_everywhere_are_found_where_they_are() {
     let shaken = |at: f32| 2.0 * at + 0.01 * (997.0 * at).sin();
     let other = moved(&b.mesh, |[x, y, z]| [-y, x, z].map(shaken));
     let error = find(a.mesh, other, &by(By::Topology)).unwrap_err();
-    let [Refusal::Topology(TopologyError::TooManyWays { steps, .. })] = error.0[..] else {
+    let [MethodFailure::Topology(TopologyError::TooManyWays { steps, .. })] = error.0[..] else {
         panic!("{error}")
     };
     assert!(steps < 2_000_000, "{steps}");

@@ -6,10 +6,10 @@ pub use uvgraft_surface::size::Size;
 
 use crate::color::Encoding;
 
-/// The size of a texture and of the base that it is carried to.
+/// The size of a texture and of the base that it is transferred to.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub struct Sizes {
-    /// Size of the texture that is carried.
+    /// Size of the texture that is transferred.
     pub from: Size,
     /// Size of the base that it is laid over, and of the result.
     pub to: Size,

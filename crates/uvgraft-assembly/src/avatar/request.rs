@@ -45,7 +45,7 @@ pub struct AvatarRequest {
     pub betas: Option<Betas>,
     /// The body's shape by names, of bodies that have some.
     pub shape: Option<Vec<(String, f32)>>,
-    /// A model file whose named expressions are carried to the body.
+    /// A model file whose named expressions are transferred to the body.
     pub expressions: Option<Input>,
     /// Animations.
     pub motions: MotionOptions,

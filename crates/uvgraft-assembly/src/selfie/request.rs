@@ -194,7 +194,7 @@ impl SelfieRequest {
     /// Finds the face in the photographs, fits the head's shape to it, and makes the texture.
     ///
     /// - `observer`: receives warnings of frames that are left out; what may look worse than it could is
-    ///   told by [`MadeSelfie::warn`]. It may cancel the work between its steps.
+    ///   reported by [`FittedSelfie::warn`]. It may cancel the work between its steps.
     ///
     /// # Errors
     /// As bad input for photographs without a usable face, a mesh without a head, and networks that

@@ -10,7 +10,7 @@ use anyhow::Context;
 use uvgraft::{Choice, Depth, Direction, Filter, MapOptions, Side, Size, Texture, choices};
 use uvgraft_files::output;
 use uvgraft_image::{self as image, Header, Image, WriteOptions};
-use uvgraft_io::pair_file;
+use uvgraft_io::pair_file::{self, PairFile};
 use uvgraft_metrics::{Colors, Mask};
 use uvgraft_pipeline::Outputs;
 
@@ -25,7 +25,7 @@ use crate::report::parse_size;
 use crate::scores::{Judge, MetricsOption, ScoredRegion, Scores};
 use crate::terminal;
 use crate::{outcome, progress};
-use method::{Course, Method, Trip};
+use method::{Method, RoundTrip, RoundTripInput};
 use report::{Outcome, Report};
 
 /// Transfer a texture to the other layout and back, and measure the loss
@@ -164,7 +164,7 @@ pub(crate) fn run(args: &Args) -> anyhow::Result<ExitCode> {
         args.output.as_deref().map(|path| Folder::new(path, args, &methods)).transpose()?;
     let file = pair_file::read(&args.pair).or_bad_input()?;
     let (texture, judge) = args.read_texture()?;
-    let course = Course {
+    let course = RoundTripInput {
         pair: &file.pair,
         there: match args.from {
             Side::Source => Direction::Forward,
@@ -228,7 +228,7 @@ fn check_sides(texture: Size, via: Size) -> anyhow::Result<()> {
 /// pictures to a folder, if there is one.
 fn compare(
     methods: Vec<Method>,
-    course: &Course<'_>,
+    course: &RoundTripInput<'_>,
     (original, regions, judge): (&Colors, &[ScoredRegion; 2], &Judge),
     folder: Option<&Folder<'_>>,
 ) -> anyhow::Result<Vec<Outcome>> {
@@ -295,7 +295,7 @@ impl<'a> Folder<'a> {
     fn write(
         &self,
         method: Method,
-        trip: &Trip,
+        trip: &RoundTrip,
         errors: &heatmap::Errors,
         top: f32,
     ) -> anyhow::Result<()> {

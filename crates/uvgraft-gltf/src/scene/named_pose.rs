@@ -36,7 +36,7 @@ pub(super) struct Aim {
 
 impl Aim {
     /// The bone's rotation about the world's axes, as rotated by its parents:
-    /// `carried⁻¹ · arc(carried · rest, towards) · carried`.
+    /// `inherited⁻¹ · arc(inherited · rest, towards) · inherited`.
     ///
     /// - `inherited`: the rotation applied by its parents.
     /// - `rest`: its direction at rest.

@@ -23,7 +23,7 @@ pub struct TransferredFace {
 
 /// Label weights of a texel of a [`TransferredFace`], each from 0 to 1.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) struct Shown {
+pub(super) struct LabelWeights {
     /// Hair of the head, beard and brows.
     pub hair: f32,
     pub skin: f32,
@@ -80,9 +80,9 @@ impl TransferredFace {
     }
 
     /// The label weights at a texel, if they are known.
-    pub(super) fn shown(&self, x: u32, y: u32) -> Option<Shown> {
+    pub(super) fn shown(&self, x: u32, y: u32) -> Option<LabelWeights> {
         let labels = self.labels.as_ref()?;
-        Some(Shown { hair: labels.get(x, y, 0), skin: labels.get(x, y, 1) })
+        Some(LabelWeights { hair: labels.get(x, y, 0), skin: labels.get(x, y, 1) })
     }
 }
 

@@ -11,7 +11,7 @@ pub struct CanonicalFace {
     pub uvs: Vec<[f32; 2]>,
     /// 898 triangles, counter-clockwise seen from outside. Eyes and mouth are closed.
     pub triangles: Vec<[u32; 3]>,
-    /// For each landmark its mate on the other side of the face; itself on the line of symmetry.
+    /// For each landmark its partner on the other side of the face; itself on the line of symmetry.
     pub mirror_partners: Vec<usize>,
 }
 

@@ -41,9 +41,9 @@ struct Areas {
 /// size.
 #[derive(Debug, Clone, Copy)]
 pub struct Case<'a> {
-    /// True labels of the carried face, from [`Bench::transfer`]; `None` if unknown.
+    /// True labels of the transferred face, from [`Bench::transfer`]; `None` if unknown.
     pub face: Option<&'a Labels>,
-    /// True labels of the body; `None` if it is all skin outside the carried face.
+    /// True labels of the body; `None` if it is all skin outside the transferred face.
     pub body: Option<&'a Labels>,
     /// The body before the transfer.
     pub base: &'a Texture,
@@ -81,15 +81,15 @@ pub struct Figures {
     pub eye: Option<Shift>,
     /// The same for teeth and the inside of the mouth.
     pub mouth: Option<Shift>,
-    /// Cloth outside the carried area, in the result against the body.
+    /// Cloth outside the transferred area, in the result against the body.
     pub cloth: Option<Shift>,
-    /// Skin outside the carried area, in the result against the body: the effect of a tone.
+    /// Skin outside the transferred area, in the result against the body: the effect of a tone.
     pub skin: Option<Shift>,
     /// Hands in the result against the body's hands with the chest's gains applied.
     pub hands: Option<f64>,
     /// The same for feet.
     pub feet: Option<f64>,
-    /// Share of carried skin texels with a channel at its maximum that is below it in the plain
+    /// Share of transferred skin texels with a channel at its maximum that is below it in the plain
     /// paste.
     pub clipped_high: Option<f64>,
     /// The same for channels at 0.
@@ -129,7 +129,7 @@ impl Bench {
         &self.layout
     }
 
-    /// A face's labels, carried to the target's layout; [`Label::Other`] where nothing is carried.
+    /// A face's labels, transferred to the target's layout; [`Label::Other`] where nothing is transferred.
     pub fn transfer(&self, face: &Labels) -> Labels {
         let size = self.layout.size();
         let graft = nearest(&self.pair, face.size, size);
@@ -147,7 +147,7 @@ impl Bench {
     }
 
     /// Measures a result: differences over the texels of one label, away from its edges, between
-    /// the result and the plain paste inside the carried area, and between the result and the body
+    /// the result and the plain paste inside the transferred area, and between the result and the body
     /// outside.
     ///
     /// # Panics

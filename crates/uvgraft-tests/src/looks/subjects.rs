@@ -24,7 +24,7 @@ pub struct Subject {
     pub texture: Texture,
     /// True labels, if it was painted.
     pub truth: Option<Labels>,
-    /// For faces, the index of the pair that carries them.
+    /// For faces, the index of the pair that transfers them.
     pub pair: usize,
 }
 

@@ -1,4 +1,4 @@
-//! Named expressions of one head, carried to another.
+//! Named expressions of one head, transferred to another.
 //!
 //! The skin deforms by [`DeformationTransfer`]. What is no skin moves otherwise: eyeballs turn, teeth
 //! and tongue move rigidly, lashes and hair follow the skin beside them (`parts.rs`). Afterwards lids
