@@ -98,6 +98,9 @@ pub enum ImageError {
         /// The limit.
         max: usize,
     },
+    /// The start of a file could not be read.
+    #[error(transparent)]
+    Io(io::Error),
     /// The decoded texels do not form a texture.
     #[error(transparent)]
     Texture(#[from] TextureError),

@@ -277,22 +277,18 @@ pub fn decode_focal_length_px(bytes: &[u8]) -> Result<Option<f64>, ImageError> {
 
 /// The header, and what the camera says about its focal length, in pixels.
 fn camera_header_of(reader: &mut dyn Source) -> Result<(Header, Option<f64>), ImageError> {
-    let (format, stored) = stored_header_of(Format::ALL, reader)?;
+    let (format, stored) = stored_header_of(reader)?;
     let header = stored.public(format);
     Ok((header, stored.focal.pixels(header.size)))
 }
 
 /// Reads the header from `reader`, and rejects images that are too large.
-fn stored_header_of(
-    formats: &[Format],
-    reader: &mut dyn Source,
-) -> Result<(Format, StoredHeader), ImageError> {
+fn stored_header_of(reader: &mut dyn Source) -> Result<(Format, StoredHeader), ImageError> {
     /// Enough to detect any format.
     const START: usize = 12;
     let mut start = Vec::with_capacity(START);
-    let io = |error| ImageError::damaged(Format::PNG, error);
     while start.len() < START {
-        let available = reader.fill_buf().map_err(io)?;
+        let available = reader.fill_buf().map_err(ImageError::Io)?;
         let taken = available.len().min(START - start.len());
         if taken == 0 {
             break;
@@ -300,8 +296,8 @@ fn stored_header_of(
         start.extend_from_slice(&available[..taken]);
         reader.consume(taken);
     }
-    reader.seek(SeekFrom::Start(0)).map_err(io)?;
-    let format = header::detect(formats, &start)?;
+    reader.seek(SeekFrom::Start(0)).map_err(ImageError::Io)?;
+    let format = header::detect(Format::ALL, &start)?;
     let stored = decoder_panics::refused(format, || (format.codec().header)(reader))?;
     Ok((format, stored))
 }

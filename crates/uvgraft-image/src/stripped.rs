@@ -15,7 +15,7 @@ use super::{Format, stored_header_of};
 pub fn without_metadata(bytes: &[u8]) -> Option<Vec<u8>> {
     let strip = Format::detect(bytes)?.codec().without_metadata?;
     // What browsers can show though this program can't is taken to be upright.
-    let orientation = stored_header_of(Format::ALL, &mut Cursor::new(bytes))
+    let orientation = stored_header_of(&mut Cursor::new(bytes))
         .map_or_else(|_| Orientation::default(), |(_, stored)| stored.orientation);
     let exif = orientation.exif();
     strip(bytes, exif.as_deref())
