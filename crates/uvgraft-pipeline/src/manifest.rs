@@ -94,7 +94,8 @@ impl Manifest {
     ///
     /// - `output`: its path, which starts with that of the folder.
     /// - `fingerprint`: the fingerprint of the inputs and options, as
-    ///   [`PreparedTransfer::fingerprint_of_bytes`](crate::PreparedTransfer::made_from_bytes) returns it.
+    ///   [`PreparedTransfer::fingerprint_of_bytes`](crate::PreparedTransfer::fingerprint_of_bytes)
+    ///   returns it.
     pub fn is_up_to_date(&self, output: &Path, fingerprint: &str) -> bool {
         self.matches(output, || Some(fingerprint.to_owned()))
     }
