@@ -2,7 +2,7 @@
 
 use glam::{DMat3, DVec3};
 
-use super::kinds::Kind;
+use super::kinds::TriangleKind;
 use super::register::Goal;
 use super::shape::Shape;
 use super::worn::worn;
@@ -127,7 +127,8 @@ fn misfit(target: &Shape, goal: &Goal, transform: &Similarity, unit: f64) -> f64
             .step_by(step)
             .map(|index| {
                 let [point, normal] = [from.points[index], normals[index]];
-                let partner = to.partner(Kind::ANY, point, normal, REACH * unit, COMPATIBLE);
+                let partner =
+                    to.partner(TriangleKind::ANY, point, normal, REACH * unit, COMPATIBLE);
                 partner.map_or(REACH * unit, |partner| partner.distance)
             })
             .collect();
@@ -156,7 +157,7 @@ pub(super) fn refine(
         let partners = map_indices(target.points.len(), |index| {
             let at = found.apply(target.points[index]);
             let normal = found.rotation * normals[index];
-            let partner = goal.partner(Kind::ANY, at, normal, REACH * unit, COMPATIBLE)?;
+            let partner = goal.partner(TriangleKind::ANY, at, normal, REACH * unit, COMPATIBLE)?;
             (!goal.is_at_border(&partner)).then_some([target.points[index], partner.point])
         });
         let pairs: Vec<[DVec3; 2]> = partners.into_iter().flatten().collect();

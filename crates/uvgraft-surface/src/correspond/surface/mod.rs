@@ -19,7 +19,7 @@ use glam::DVec3;
 
 use self::align::Heads;
 use self::equations::Anchor;
-use self::kinds::{Kind, Kinds};
+use self::kinds::{TriangleKind, TriangleKinds};
 pub(super) use self::placed::placed;
 use self::register::{Anchors, Goal};
 use self::shape::Shape;
@@ -239,7 +239,8 @@ pub(super) fn pieces(
     let mut rest = Shape::new(&surfaces[1], |point| to_unit(aligned.apply(point)));
     let balls = [source, target].map(anatomy::balls);
     let worn = &placement.worn;
-    let mut kinds = Kinds::new([&goal.shape, &rest], balls, worn, to_unit, &aligned, unit, &effort);
+    let mut kinds =
+        TriangleKinds::new([&goal.shape, &rest], balls, worn, to_unit, &aligned, unit, &effort);
     spent()?;
     goal.kinds = kinds.source;
     if !placement.is_exact {
@@ -274,7 +275,7 @@ pub(super) fn pieces(
 /// Leaves the triangles unlinked that the registration turned over, and counts those that would be
 /// linked otherwise.
 fn leave_out_turned_over(
-    kinds: &mut [Kind],
+    kinds: &mut [TriangleKind],
     [rest, registered]: [&Shape; 2],
     goal: &Goal,
     reach: f64,
