@@ -10,8 +10,8 @@ use uvgraft::Size;
 use uvgraft::statistics::quantile;
 use uvgraft_metrics::{Colors, Mask};
 
-use crate::scores::Region;
-use uvgraft_assembly::drawing::{Picture, Rgb};
+use crate::scores::ScoredRegion;
+use uvgraft_assembly::drawing::{Rgb, Sheet};
 
 /// Longest side of the panel in pixels; larger textures are reduced.
 const LONGEST: u32 = 2048;
@@ -43,7 +43,7 @@ const ANCHORS: [(f32, Rgb); 7] = [
 pub(crate) fn write(
     a: &Colors,
     b: &Colors,
-    regions: &[Region],
+    regions: &[ScoredRegion],
     title: &str,
     path: &Path,
 ) -> anyhow::Result<()> {
@@ -64,7 +64,7 @@ pub(crate) struct Errors {
 }
 
 impl Errors {
-    pub(crate) fn new(a: &Colors, b: &Colors, regions: &[Region]) -> Self {
+    pub(crate) fn new(a: &Colors, b: &Colors, regions: &[ScoredRegion]) -> Self {
         let of = a.size();
         let block = of.width.max(of.height).div_ceil(LONGEST);
         let size = Size::new(of.width.div_ceil(block), of.height.div_ceil(block));
@@ -101,7 +101,7 @@ impl Errors {
     }
 
     /// Draws the title, what is shown, the scale up to `top`, and the panel.
-    pub(crate) fn draw(&self, title: &str, top: f32) -> Picture {
+    pub(crate) fn draw(&self, title: &str, top: f32) -> Sheet {
         let Size { width, height } = self.size;
         let zoom = (ENLARGED / width.max(height)).max(1);
         let (panel_width, panel_height) = (width * zoom, height * zoom);
@@ -113,13 +113,13 @@ impl Errors {
         let title_height = 27 * scale;
         let head = MARGIN + title_height + 3 * line + 8 * scale + bar_height + 2 * line;
         let size = Size::new(content + 2 * MARGIN, head + panel_height + MARGIN);
-        let mut picture = Picture::new(size, BACKGROUND);
+        let mut picture = Sheet::new(size, BACKGROUND);
 
         let mut y = MARGIN;
-        picture.text(&Picture::fitted(title, content, 2 * scale), MARGIN, y, 2 * scale, TITLE);
+        picture.text(&Sheet::fitted(title, content, 2 * scale), MARGIN, y, 2 * scale, TITLE);
         y += title_height;
         for text in captions(self, top) {
-            picture.text(&Picture::fitted(&text, content, scale), MARGIN, y, scale, CAPTION);
+            picture.text(&Sheet::fitted(&text, content, scale), MARGIN, y, scale, CAPTION);
             y += line;
         }
         y += 4 * scale;
@@ -193,7 +193,7 @@ fn captions(errors: &Errors, top: f32) -> [String; 3] {
 
 /// The colour bar with numbers below it.
 fn draw_scale(
-    picture: &mut Picture,
+    picture: &mut Sheet,
     [left, y]: [u32; 2],
     [width, height]: [u32; 2],
     scale: u32,
@@ -209,7 +209,7 @@ fn draw_scale(
         let above = if step == 4 && errors.largest > top * 1.001 { " and more" } else { "" };
         let text = levels(top * share) + above;
         let at = left + (share * (width - 1) as f32) as u32;
-        let text_width = Picture::text_width(&text, scale);
+        let text_width = Sheet::text_width(&text, scale);
         let start = match step {
             0 => left,
             4 => left + width - text_width,

@@ -79,7 +79,7 @@ pub(crate) fn check_replaceable(output: &Path) -> Result<PathBuf> {
         Err(error) if error.kind() == ErrorKind::InvalidFilename => {
             return refused("the name is too long for its folder");
         }
-        // That it is no folder is told with the folder.
+        // That it is no folder is reported with the folder.
         Err(error) if error.kind() == ErrorKind::NotADirectory => return Ok(output.to_path_buf()),
         Err(error) => return refused(&error.to_string()),
     };

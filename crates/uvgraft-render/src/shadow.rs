@@ -7,7 +7,7 @@ use glam::Vec3;
 use uvgraft::{Size, threads};
 
 use super::camera::Camera;
-use super::cutouts::Casters;
+use super::cutouts::ShadowCasters;
 use super::depth::{DepthMap, Drawing, Whole};
 use super::projection::project;
 
@@ -54,7 +54,7 @@ impl Shadow {
     /// - `pixel`: size of a pixel of the picture there, in mesh units.
     /// - `metre`: length of one metre in mesh units.
     pub fn new(
-        casters: &Casters<'_>,
+        casters: &ShadowCasters<'_>,
         towards: Vec3,
         seen: (Vec3, f32),
         pixel: f32,
@@ -253,7 +253,7 @@ mod tests {
             geometry.faces.push(Face { vertices, uv: vertices, surface: 0 });
         }
         let surfaces = [Surface::of_part(Shading::Matt)];
-        let casters = Casters { surfaces: &surfaces, mipmaps: &[], geometry: &geometry };
+        let casters = ShadowCasters { surfaces: &surfaces, mipmaps: &[], geometry: &geometry };
         let towards = Vec3::new(0.0, 0.0, 1.0);
         let mut seen = [0; 3];
         for (metre, pixel, side) in

@@ -74,7 +74,7 @@ fn head(avatar: &Avatar) -> Option<Bounds> {
 mod tests {
     use uvgraft::{Channels, Depth, Encoding};
     use uvgraft_figure::Figure;
-    use uvgraft_gltf::glb::{Picture, PictureFormat};
+    use uvgraft_gltf::glb::{EmbeddedFormat, EmbeddedImage};
 
     use super::*;
 
@@ -84,7 +84,7 @@ mod tests {
         let red = [0.9, 0.1, 0.1];
         let texture =
             Texture::filled(Size::square(8), Channels::Rgb, Encoding::Srgb, Depth::U8, &red);
-        let picture = Picture::encode(texture.unwrap(), PictureFormat::Png, 90).unwrap();
+        let picture = EmbeddedImage::encode(texture.unwrap(), EmbeddedFormat::Png, 90).unwrap();
         let picture = thumbnail(&avatar, &[AvatarMaterial::new(picture)], 64).unwrap();
         assert_eq!(picture.size(), Size::square(64));
         // The background is grey.

@@ -1,4 +1,4 @@
-//! The expression in a face's landmarks, as far as it is told from its shape.
+//! The expression in a face's landmarks, as far as it can be distinguished from its shape.
 //!
 //! A handful of movements explain most of what faces do in photographs: the jaw opens, the corners
 //! of the mouth go outwards and up, the upper lip rises, lips protrude, brows rise. Each is a field

@@ -414,12 +414,12 @@ fn bent(
     let moves = head.field.solve(smoothness, &held, places)?;
     let mut moved: Vec<DVec3> =
         from.iter().zip(&moves).map(|(&from, &by)| from + DVec3::from(by)).collect();
-    carry_along(head, from, &mut moved);
+    move_loose_parts(head, from, &mut moved);
     Some(moved)
 }
 
 /// Moves what lies loose in the head, such as eyeballs and teeth, rigidly with the skin around it.
-fn carry_along(head: &Head, from: &[DVec3], moved: &mut [DVec3]) {
+fn move_loose_parts(head: &Head, from: &[DVec3], moved: &mut [DVec3]) {
     /// Number of vertices of the skin that decide.
     const NEAREST: usize = 60;
     let skin = &head.components.vertices[head.components.skin as usize];

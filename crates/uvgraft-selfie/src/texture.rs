@@ -40,7 +40,7 @@ impl Default for TextureOptions {
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum SelfieError {
-    /// A photograph cannot be carried over.
+    /// A photograph cannot be transferred.
     #[error(transparent)]
     Projection(#[from] ProjectionError),
     /// What a photograph shows cannot be labelled.

@@ -336,7 +336,7 @@ mod tests {
     }
 
     #[test]
-    fn names_that_the_system_cannot_have_are_told_first() {
+    fn names_that_the_system_cannot_have_are_reported_first() {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("n".repeat(300));
         assert!(AtomicFile::create(&path).is_err());

@@ -5,7 +5,7 @@
 
 use uvgraft::Size;
 
-use super::picture_error::PictureError;
+use super::embed_error::EmbedError;
 
 /// The file identifier of KTX2.
 pub(crate) const KTX2_IDENTIFIER: [u8; 12] = *b"\xabKTX 20\xbb\r\n\x1a\n";
@@ -49,8 +49,8 @@ impl Ktx2Header {
 }
 
 /// The image size from the header; errors if `KHR_texture_basisu` does not allow the file.
-pub(super) fn size(bytes: &[u8]) -> Result<Size, PictureError> {
-    let wrong = |problem| Err(PictureError::Ktx2 { problem });
+pub(super) fn size(bytes: &[u8]) -> Result<Size, EmbedError> {
+    let wrong = |problem| Err(EmbedError::Ktx2 { problem });
     let Some(header) = Ktx2Header::read(bytes) else { return wrong("is truncated") };
     let [width, height, depth] = header.sides;
     if header.format != 0 {

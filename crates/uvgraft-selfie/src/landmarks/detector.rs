@@ -9,7 +9,7 @@
 
 use uvgraft::sampler::Beyond;
 
-use super::picture::{Crop, Picture};
+use super::photo_pyramid::{Crop, PhotoPyramid};
 use crate::network::{Network, NetworkError};
 
 /// Texels of the network's input along a side.
@@ -46,7 +46,7 @@ pub(super) fn check(network: &Network) -> Result<(), NetworkError> {
 /// The faces in a crop with at least a score, the best first.
 pub(super) fn detect(
     network: &Network,
-    picture: &Picture<'_>,
+    picture: &PhotoPyramid<'_>,
     crop: &Crop,
     least_score: f64,
 ) -> Vec<Detection> {

@@ -3,7 +3,7 @@
 
 use uvgraft::sampler::Beyond;
 
-use super::picture::{Crop, Picture};
+use super::photo_pyramid::{Crop, PhotoPyramid};
 use super::regions::{CHIN, LEFT_SIDE, RIGHT_SIDE};
 
 /// Landmarks on the edge of the jaw beside the chin, on the left and on the right of a picture: below
@@ -24,7 +24,7 @@ const DARK: f32 = 0.05;
 
 /// The smaller of the largest changes of colour on the way outwards from the jaw on both sides, as a
 /// share of the brightness of the skin; infinite if the jaw is at the edge of the picture.
-pub(super) fn outline(picture: &Picture<'_>, points: &[[f64; 3]]) -> f64 {
+pub(super) fn outline(picture: &PhotoPyramid<'_>, points: &[[f64; 3]]) -> f64 {
     let at = |landmark: usize| [points[landmark][0], points[landmark][1]];
     let [right, left, chin] = [RIGHT_SIDE, LEFT_SIDE, CHIN].map(at);
     let across = [left[0] - right[0], left[1] - right[1]];
@@ -39,7 +39,7 @@ pub(super) fn outline(picture: &Picture<'_>, points: &[[f64; 3]]) -> f64 {
 
 /// The largest change of colour on a row of a crop.
 fn largest_step(
-    picture: &Picture<'_>,
+    picture: &PhotoPyramid<'_>,
     crop: &Crop,
     colors: &[[f32; 3]],
     from: [f64; 2],
@@ -103,7 +103,7 @@ mod tests {
         ] {
             points[landmark] = [center + cos * x - sin * y, center + cos * y + sin * x, 0.0];
         }
-        outline(&Picture::new(&texture), &points)
+        outline(&PhotoPyramid::new(&texture), &points)
     }
 
     #[test]

@@ -1,4 +1,4 @@
-//! Deformation transfer: how one mesh moves, carried to another one that is paired with it.
+//! Deformation transfer: how one mesh moves, transferred to another one that is paired with it.
 //!
 //! Based on R. Sumner and J. Popović, "Deformation transfer for triangle meshes" (2004), in the form
 //! of M. Botsch, R. Sumner, M. Pauly and M. Gross, "Deformation transfer for detail-preserving surface

@@ -2,7 +2,7 @@
 
 use glam::{DMat3, DVec3};
 
-use super::kinds::Kind;
+use super::kinds::TriangleKind;
 use super::register::Goal;
 use super::shape::Shape;
 use super::worn::worn;
@@ -126,7 +126,7 @@ fn misfit(target: &Shape, goal: &Goal, transform: &Similarity, unit: f64) -> f64
         let step = (from.points.len() / SAMPLES).max(1);
         let distances = (0..from.points.len()).step_by(step).map(|index| {
             let [point, normal] = [from.points[index], normals[index]];
-            let partner = to.partner(Kind::ANY, point, normal, REACH * unit, COMPATIBLE);
+            let partner = to.partner(TriangleKind::ANY, point, normal, REACH * unit, COMPATIBLE);
             partner.map_or(REACH * unit, |partner| partner.distance)
         });
         median(distances).unwrap_or(0.0)
@@ -154,7 +154,7 @@ pub(super) fn refine(
         let partners = map_indices(target.points.len(), |index| {
             let at = found.apply(target.points[index]);
             let normal = found.rotation * normals[index];
-            let partner = goal.partner(Kind::ANY, at, normal, REACH * unit, COMPATIBLE)?;
+            let partner = goal.partner(TriangleKind::ANY, at, normal, REACH * unit, COMPATIBLE)?;
             (!goal.is_at_border(&partner)).then_some([target.points[index], partner.point])
         });
         let pairs: Vec<[DVec3; 2]> = partners.into_iter().flatten().collect();

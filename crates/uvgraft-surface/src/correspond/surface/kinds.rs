@@ -13,14 +13,14 @@ use crate::triangle_tree::{Effort, TriangleTree};
 
 /// What a triangle belongs to.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) struct Kind {
+pub(super) struct TriangleKind {
     /// [`Self::SKIN`], the number of a source's ball, or [`Self::ALONE`].
     ball: u16,
     /// The share of directions before the triangle from which it is seen.
     exposure: f32,
 }
 
-impl Kind {
+impl TriangleKind {
     /// Not a ball.
     const SKIN: u16 = u16::MAX - 1;
     /// A ball that the other mesh doesn't have.
@@ -58,9 +58,9 @@ impl Kind {
 }
 
 /// The kinds of both meshes' triangles, source first, and where the target's balls go.
-pub(super) struct Kinds {
-    pub source: Vec<Kind>,
-    pub target: Vec<Kind>,
+pub(super) struct TriangleKinds {
+    pub source: Vec<TriangleKind>,
+    pub target: Vec<TriangleKind>,
     /// For each ball of the target with a counterpart: its faces, its centre, where that goes, and
     /// how much larger it becomes. In the shapes' space.
     pub moves: Vec<BallMove>,
@@ -88,7 +88,7 @@ impl BallMove {
     }
 }
 
-impl Kinds {
+impl TriangleKinds {
     /// - `shapes`, `balls`: source and aligned target.
     /// - `worn`: the target's triangles that belong nowhere and hide nothing; of all or of none.
     /// - `to_shape`: from the source's space to the shapes'.
@@ -129,7 +129,7 @@ struct Side<'a> {
     shape: &'a Shape,
     tree: TriangleTree,
     normals: Vec<DVec3>,
-    kinds: Vec<Kind>,
+    kinds: Vec<TriangleKind>,
 }
 
 impl<'a> Side<'a> {
@@ -141,8 +141,10 @@ impl<'a> Side<'a> {
         } else {
             exposures(shape, &tree, &normals)
         };
-        let mut kinds: Vec<Kind> =
-            exposures.into_iter().map(|exposure| Kind { ball: Kind::SKIN, exposure }).collect();
+        let mut kinds: Vec<TriangleKind> = exposures
+            .into_iter()
+            .map(|exposure| TriangleKind { ball: TriangleKind::SKIN, exposure })
+            .collect();
         for (kind, _) in kinds.iter_mut().zip(worn).filter(|(_, is_worn)| **is_worn) {
             *kind = kind.alone();
         }
@@ -163,9 +165,9 @@ impl<'a> Side<'a> {
             let (seen, hidden): (Vec<u32>, Vec<u32>) =
                 ball.faces.iter().copied().partition(is_seen);
             if !self.is_on(&seen, ball.radius, other) {
-                self.mark(&seen, Kind::ALONE);
+                self.mark(&seen, TriangleKind::ALONE);
             }
-            self.mark(&hidden, Kind::ALONE);
+            self.mark(&hidden, TriangleKind::ALONE);
         }
     }
 
@@ -211,7 +213,7 @@ fn matched(
             .map(|(number, other)| (unlike(other), number, other))
             .filter(|(unlike, ..)| *unlike < ball.radius)
             .min_by(|a, b| a.0.total_cmp(&b.0));
-        target.mark(&ball.faces, nearest.map_or(Kind::ALONE, |(_, number, _)| number));
+        target.mark(&ball.faces, nearest.map_or(TriangleKind::ALONE, |(_, number, _)| number));
         if let Some((.., other)) = nearest {
             let scale = other.radius / ball.radius;
             moves.push(BallMove {
@@ -314,7 +316,8 @@ mod tests {
         let faces = ball.faces.clone();
         let aligned = Similarity::IDENTITY;
         let (balls, effort) = ([Vec::new(), vec![ball]], Effort::unlimited());
-        let kinds = Kinds::new([skin, &shape], balls, &[], |point| point, &aligned, 1.0, &effort);
+        let kinds =
+            TriangleKinds::new([skin, &shape], balls, &[], |point| point, &aligned, 1.0, &effort);
         assert!(kinds.moves.is_empty());
         let kind_of = |least: f64, most: f64| {
             let mut there = faces.iter().map(|&face| face as usize).filter(|&triangle| {

@@ -10,7 +10,7 @@ use std::sync::Arc;
 use glam::DVec3;
 
 use super::equations::{Anchor, Equations, Stiffness};
-use super::kinds::Kind;
+use super::kinds::TriangleKind;
 use super::shape::Shape;
 use crate::sparse::Filled;
 use crate::threads::map_indices;
@@ -47,7 +47,7 @@ pub(super) struct Goal {
     /// As [`Shape::open_sides`].
     pub open_sides: Vec<bool>,
     pub tree: TriangleTree,
-    pub kinds: Vec<Kind>,
+    pub kinds: Vec<TriangleKind>,
 }
 
 impl Goal {
@@ -57,7 +57,7 @@ impl Goal {
             face_normals: shape.face_normals(),
             open_sides: shape.open_sides(),
             tree: shape.tree(effort),
-            kinds: vec![Kind::ANY; shape.triangles.len()],
+            kinds: vec![TriangleKind::ANY; shape.triangles.len()],
             shape,
         }
     }
@@ -67,7 +67,7 @@ impl Goal {
     /// - `least`: cosine between the normals.
     pub fn partner(
         &self,
-        kind: Kind,
+        kind: TriangleKind,
         point: DVec3,
         normal: DVec3,
         reach: f64,
@@ -117,7 +117,7 @@ impl Anchors {
 /// [`Filled`] for a shape whose triangles are connected like no surface.
 pub(super) fn register(
     rest: &Shape,
-    kinds: &[Kind],
+    kinds: &[TriangleKind],
     goal: &Goal,
     anchors: &Anchors,
 ) -> Result<Vec<DVec3>, Filled> {
@@ -254,22 +254,22 @@ fn mark_turned_over(rest: &Shape, moved: &Shape, marks: &mut [bool]) -> bool {
 }
 
 /// The kind of each point.
-fn of_points(shape: &Shape, kinds: &[Kind]) -> Vec<Kind> {
-    let mut of_points = vec![None::<Kind>; shape.points.len()];
+fn of_points(shape: &Shape, kinds: &[TriangleKind]) -> Vec<TriangleKind> {
+    let mut of_points = vec![None::<TriangleKind>; shape.points.len()];
     for (points, &kind) in shape.triangles.iter().zip(kinds) {
         for &point in points {
             let of_point = &mut of_points[point as usize];
             *of_point = Some(of_point.map_or(kind, |known| known.joined(kind)));
         }
     }
-    of_points.into_iter().map(|kind| kind.unwrap_or(Kind::ANY)).collect()
+    of_points.into_iter().map(|kind| kind.unwrap_or(TriangleKind::ANY)).collect()
 }
 
 /// Each point's weight, and the displacement that takes it to its partner.
 fn partners(
     rest: &Shape,
     moved: &Shape,
-    kinds: &[Kind],
+    kinds: &[TriangleKind],
     goal: &Goal,
     masses: &[f64],
 ) -> (Vec<f64>, Vec<DVec3>) {

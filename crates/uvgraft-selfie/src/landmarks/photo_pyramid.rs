@@ -16,9 +16,9 @@ const BACKDROP: f32 = 0.5;
 /// Levels larger than this a side are not stored; crops of huge photographs take more samples instead.
 const MAX_STORED_SIDE: usize = 4096;
 
-/// A photograph and its reductions.
+/// A photograph and its reductions, from which networks get their crops.
 #[derive(Debug)]
-pub(super) struct Picture<'t> {
+pub(super) struct PhotoPyramid<'t> {
     texture: &'t Texture,
     levels: Vec<Level>,
 }
@@ -58,7 +58,7 @@ impl Crop {
     }
 }
 
-impl<'t> Picture<'t> {
+impl<'t> PhotoPyramid<'t> {
     pub(super) fn new(texture: &'t Texture) -> Self {
         let size = texture.size();
         let longest = size.width.max(size.height) as usize;
@@ -216,7 +216,7 @@ mod tests {
     #[test]
     fn crops_read_what_lies_under_their_texels() {
         let texture = ramp(300, 200);
-        let picture = Picture::new(&texture);
+        let picture = PhotoPyramid::new(&texture);
         for (side, angle) in [(20.0, 0.0), (80.0, 0.3), (110.0, -2.0), (60.0, 1.57)] {
             let crop = Crop { center: [150.0, 100.0], side, angle };
             let colors = picture.crop(&crop, 16, Beyond::Zero);
@@ -238,7 +238,7 @@ mod tests {
         let texture =
             Texture::new(size, Channels::Grey, Encoding::Srgb, Texels::U8(values)).unwrap();
         let crop = Crop { center: [256.0; 2], side: 400.0, angle: 0.0 };
-        for color in Picture::new(&texture).crop(&crop, 128, Beyond::Zero) {
+        for color in PhotoPyramid::new(&texture).crop(&crop, 128, Beyond::Zero) {
             assert!((color[0] - 0.5).abs() < 0.01, "{color:?}");
         }
     }
@@ -250,7 +250,7 @@ mod tests {
             Texture::filled(size, Channels::Grey, Encoding::Srgb, uvgraft::Depth::U8, &[1.0]);
         let texture = texture.unwrap();
         let crop = Crop { center: [20.0; 2], side: 8.0, angle: 0.0 };
-        let picture = Picture::new(&texture);
+        let picture = PhotoPyramid::new(&texture);
         assert_eq!(picture.crop(&crop, 2, Beyond::Zero), [[0.0; 3]; 4]);
         assert_eq!(picture.crop(&crop, 2, Beyond::Edge), [[1.0; 3]; 4]);
     }
