@@ -270,6 +270,7 @@ impl Rim {
         let trusted = measured.iter().zip(&trust).filter(|(_, trust)| **trust > 0.5);
         let overall = medians(trusted.filter_map(|(measured, _)| measured.as_ref()))?;
         let far: Vec<f64> = measured.iter().flatten().map(|&d| dist(d, overall)).collect();
+        // 1.4826 median deviations are one standard deviation of a normal distribution.
         let spread = (1.4826 * median(far)).max(MIN_SPREAD);
         // Outlier weights: brows, hair and collars are unlike the rest.
         let likeness: Vec<f64> = measured

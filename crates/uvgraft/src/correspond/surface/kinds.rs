@@ -250,6 +250,7 @@ fn exposures(shape: &Shape, tree: &TriangleTree, normals: &[DVec3]) -> Vec<f32> 
 
 /// Directions all around, evenly.
 fn fibonacci(count: usize) -> Vec<DVec3> {
+    // The golden angle: no two of few directions line up.
     let turn = std::f64::consts::PI * (3.0 - 5.0_f64.sqrt());
     (0..count)
         .map(|index| {

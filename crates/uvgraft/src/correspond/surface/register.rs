@@ -212,6 +212,7 @@ fn untangle(rest: &Shape, moved: &mut Shape) {
 /// Gives chosen points the mean displacement of their neighbours.
 fn average(rest: &Shape, moved: &mut Shape, chosen: &[bool]) {
     let mut sums = vec![(DVec3::ZERO, 0.0); rest.points.len()];
+    // Inner edges are in two triangles and count twice, which changes means at open edges alone.
     for points in &rest.triangles {
         for k in 0..3 {
             let [one, other] = [points[k], points[(k + 1) % 3]].map(|point| point as usize);
