@@ -108,7 +108,7 @@ const LIGHTEST: f64 = 0.55;
 /// How far skin may be lighter than plain skin, as a share; it shines more in a photograph.
 const SHEEN: f64 = 0.4;
 
-/// Fewest samples.
+/// Fewest samples. Origin not recorded.
 const FEWEST: usize = 200;
 
 impl Light {

@@ -9,7 +9,7 @@
 use super::picture::{Crop, Outside, Picture};
 use crate::network::{Network, NetworkError};
 
-/// Texels of the network's input along a side.
+/// Texels of the network's input along a side, as it was trained.
 const RESOLUTION: usize = 64;
 
 /// Side of a crop, in distances between the corners of the eye.

@@ -7,8 +7,8 @@ use crate::rotation::Correlation;
 use crate::tangents::corner_positions;
 use crate::threads::map_indices;
 
-/// How much better a reflection must explain the edges than a rotation to be accepted: on
-/// nearly flat sheets that bend, it does so by a little.
+/// How much better a reflection must explain the edges than a rotation to be accepted: on nearly
+/// flat sheets that bend, it does so by a little. Origin not recorded.
 const MIRRORED: f64 = 1.1;
 
 /// For each vertex of the target, the rotation that maps the source's surface to the
