@@ -256,9 +256,9 @@ recognise:
 
 # The libraries that also work without the feature `threads`, and all their features but that.
 COMMA := ,
-LIBRARIES := uvgraft uvgraft-metrics uvgraft-io uvgraft-avatar uvgraft-gltf uvgraft-render uvgraft-figure \
-	uvgraft-selfie uvgraft-open-body uvgraft-pipeline uvgraft-viewer uvgraft-assembly
-THREADLESS := uvgraft/serde,uvgraft-metrics/lpips,uvgraft-metrics/serde,uvgraft-metrics/ssimulacra2,uvgraft-io/lpips
+LIBRARIES := uvgraft-surface uvgraft uvgraft-files uvgraft-image uvgraft-io uvgraft-metrics uvgraft-avatar uvgraft-gltf uvgraft-render \
+	uvgraft-figure uvgraft-selfie uvgraft-open-body uvgraft-pipeline uvgraft-viewer uvgraft-assembly
+THREADLESS := uvgraft/serde,uvgraft-image/animation,uvgraft-assembly/exr,uvgraft-assembly/tiff,uvgraft-metrics/lpips,uvgraft-metrics/serde,uvgraft-metrics/ssimulacra2
 THREADLESS_NATIVE := uvgraft-metrics/flip,uvgraft-gltf/ktx2,uvgraft-gltf/simplify
 lint:
 	@scripts/build-viewer.sh

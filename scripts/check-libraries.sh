@@ -2,7 +2,7 @@
 # Runs clippy on libraries without their default features, among them `threads`: once without any features, and
 # once with those named, which must leave rayon out.
 #
-#   scripts/check-libraries.sh "uvgraft uvgraft-io" uvgraft/serde,uvgraft-io/lpips [--target TARGET]
+#   scripts/check-libraries.sh "uvgraft uvgraft-image" uvgraft/serde,uvgraft-image/exr [--target TARGET]
 #
 # One run checks all libraries, and cargo gives a crate the features that any of them asks for. So that a run does not
 # hide what a library forgets to ask for, no library may give another one features that it does not have for all.

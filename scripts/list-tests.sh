@@ -8,7 +8,7 @@
 # depend on which program a test is in, nor on line numbers:
 #
 #   uvgraft-io src::pair_file::tests::a_name       a unit test
-#   uvgraft-io tests::png_rows::a_name             of tests/png_rows.rs, a program or a module of tests/main.rs
+#   uvgraft-image tests::png_rows::a_name          of tests/png_rows.rs, a program or a module of tests/main.rs
 #   uvgraft-io doc::src/obj.rs - read              an example in documentation
 #   python tests/test_graft.py::test_name          pytest's
 set -euo pipefail

@@ -76,7 +76,7 @@ variable="CARGO_TARGET_$(echo "$target" | tr a-z- A-Z_)"
 if [ "$kind" = wasm ]; then
   export "${variable}_RUNNER=node --no-warnings $PWD/$runner"
   # Without threads. Examples would use files, and readers temporary ones.
-  "$cargo" test --locked --target "$target" --profile machines -p uvgraft --no-default-features --lib
+  "$cargo" test --locked --target "$target" --profile machines -p uvgraft-surface -p uvgraft --no-default-features --lib
   exit
 fi
 export "${variable}_LINKER=$tool"
@@ -91,5 +91,6 @@ if [ "$kind" = big-endian ]; then
   echo "test-$kind: $skip is skipped, since QEMU multiplies wrongly"
 fi
 # Tests that measure memory or send signals are those of the command, which is not run here.
-"$cargo" test --locked --target "$target" --profile machines -p uvgraft -p uvgraft-io --lib --tests -- \
+"$cargo" test --locked --target "$target" --profile machines -p uvgraft-surface -p uvgraft -p uvgraft-files -p uvgraft-image -p uvgraft-io \
+  --lib --tests -- \
   ${skip:+--skip "$skip"}

@@ -22,7 +22,7 @@ case "$kind" in
     # told otherwise. The queues of the thread pool (crossbeam-epoch) break the stricter of its two rules
     # on pointers.
     export MIRIFLAGS="-Zmiri-disable-isolation -Zmiri-deterministic-floats -Zmiri-tree-borrows"
-    cargo +nightly miri test --locked -p uvgraft --no-default-features --lib -- \
+    cargo +nightly miri test --locked -p uvgraft-surface -p uvgraft --no-default-features --lib -- \
       bits:: disjoint:: tile:: texture:: color:: piece:: islands:: resample::path resample::plan \
       raster:: matrix:: edges:: map::rows threads:: --skip thousands --skip the_matrix_is --skip a_fan
     ;;

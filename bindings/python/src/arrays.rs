@@ -10,7 +10,7 @@ use pyo3::exceptions::PyMemoryError;
 use pyo3::intern;
 use pyo3::prelude::*;
 use uvgraft::{Channels, Depth, Encoding, Size, TexelFormat, Texels, TexelsMut, Texture};
-use uvgraft_io::image;
+use uvgraft_image as image;
 
 use crate::error::{bad_type, bad_value, failed, of_reading, of_texture};
 

@@ -11,7 +11,7 @@ use uvgraft_assembly::avatar::{
 use uvgraft_assembly::{AvatarRequest, Body, drawing};
 use uvgraft_gltf::glb::Permissions;
 use uvgraft_gltf::preset::{MAX_LEVELS, Preset};
-use uvgraft_io::image::{self, WriteOptions};
+use uvgraft_image::{self as image, WriteOptions};
 use uvgraft_pipeline::{BaseSource, Input, Outputs};
 
 use crate::arrays::floats;

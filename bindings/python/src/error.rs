@@ -8,7 +8,7 @@ use pyo3::create_exception;
 use pyo3::exceptions::{PyKeyboardInterrupt, PyMemoryError, PyOSError, PyTypeError, PyValueError};
 use pyo3::prelude::*;
 use uvgraft::{GraftError, TextureError};
-use uvgraft_io::input::ReadError;
+use uvgraft_files::input::ReadError;
 use uvgraft_pipeline::{Failure, Fault, Input, spelled};
 
 create_exception!(

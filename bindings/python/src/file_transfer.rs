@@ -5,7 +5,7 @@ use std::path::PathBuf;
 use pyo3::prelude::*;
 use pyo3::types::{PyBytes, PyDict};
 use uvgraft::{Averaging, Encoding, FitOptions, MapOptions, Size};
-use uvgraft_io::image::{Format, WriteOptions};
+use uvgraft_image::{Format, WriteOptions};
 use uvgraft_pipeline::{Carried, Correspondence, Inputs, PreparedTransfer, Transfer, Values};
 
 use crate::arguments::direction;

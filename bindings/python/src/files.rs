@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 
 use pyo3::prelude::*;
 use uvgraft_assembly::mesh_file;
-use uvgraft_io::image::Format;
+use uvgraft_image::Format;
 use uvgraft_io::pair_file;
 
 use crate::error::{failed, of_file};

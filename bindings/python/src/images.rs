@@ -3,7 +3,7 @@
 use std::path::PathBuf;
 
 use pyo3::prelude::*;
-use uvgraft_io::image::{self, Format, WriteError, WriteOptions};
+use uvgraft_image::{self as image, Format, WriteError, WriteOptions};
 
 use crate::arrays::{array, texture};
 use crate::error::{bad_value, failed, of_file, of_reading, warn_caller};

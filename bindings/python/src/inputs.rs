@@ -9,7 +9,7 @@ use pyo3::prelude::*;
 use pyo3::types::{PyBytes, PyMapping};
 use uvgraft::{Depth, Encoding};
 use uvgraft_assembly::mesh_file::LoadedMesh;
-use uvgraft_io::image::{self, Format, Image, WriteOptions};
+use uvgraft_image::{self as image, Format, Image, WriteOptions};
 use uvgraft_io::{obj, pair_file};
 use uvgraft_pipeline::{BaseSource, Input};
 
@@ -32,7 +32,7 @@ pub(crate) fn image(given: &Bound<'_, PyAny>, name: &str, encoding: Encoding) ->
     }
     let texture = texture(given, name, encoding)?.texture;
     // TIFF is the only format that keeps 32-bit floats and straight alpha.
-    let format = if texture.depth() == Depth::F32 { Format::Tiff } else { Format::Png };
+    let format = if texture.depth() == Depth::F32 { Format::TIFF } else { Format::PNG };
     let encoded = given.py().detach(|| {
         let mut out = Cursor::new(Vec::new());
         image::encode(&Image::from(texture), format, &WriteOptions::default(), &mut out)

@@ -5,8 +5,8 @@ use std::sync::{Arc, Mutex, PoisonError};
 use std::time::SystemTime;
 
 use pyo3::prelude::*;
-use uvgraft_io::lpips_weights;
 use uvgraft_metrics::lpips::{Lpips, LpipsNetwork};
+use uvgraft_metrics::lpips_weights;
 
 use crate::error::{of_file, of_reading};
 

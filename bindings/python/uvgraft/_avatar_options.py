@@ -3,25 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from typing import Literal, TypedDict
+from typing import Literal
 
 from numpy.typing import ArrayLike
 
-from uvgraft._types import (
-    BlendMode,
-    Filter,
-    Image,
-    NormalY,
-    Prefer,
-    Role,
-    Size,
-    StrPath,
-    ToneSide,
-    Unit,
-)
+from uvgraft._types import Image, NormalY, Role, Size, StrPath, TransferMethod, Unit
 
 
-class AvatarOptions(TypedDict, total=False):
+class AvatarOptions(TransferMethod, total=False):
     """Options that `avatar` and `avatar_from_photos` share; `avatar` describes them."""
 
     motion: StrPath | Sequence[StrPath]
@@ -35,9 +24,6 @@ class AvatarOptions(TypedDict, total=False):
     texture_layout: Literal["atlas", "head+body"]
     texture_format: Literal["png", "jpeg", "webp", "ktx2"] | None
     quality: int | None
-    filter: Filter | None
-    gutter: int
-    prefer: Prefer
     maps: Mapping[Role, Image] | None
     base_maps: Mapping[Role, Image] | None
     normal_y: NormalY
@@ -51,13 +37,9 @@ class AvatarOptions(TypedDict, total=False):
     source_mask: Image | None
     fill: Image | None
     preview: StrPath | None
-    blend: BlendMode | None
     feather: str | None
-    tone: ToneSide | None
     skin: Image | None
-    match_skin: bool
     labels: Image | None
-    keep_all: bool
     lods: int | None
     lods_as: Literal["files", "msft"] | None
     preset: Literal["quest", "pcvr", "web", "visionos"] | None

@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import TYPE_CHECKING, Any, Literal, NamedTuple, TypedDict
+from typing import TYPE_CHECKING, Any, Literal, NamedTuple
 
-from uvgraft._types import BlendMode, Filter, Overlap, Prefer, Size, StrPath, ToneSide, Unit
+from uvgraft._types import Overlap, Size, StrPath, TransferMethod, Unit
 from uvgraft._uvgraft import PreparedTransfer
 
 if TYPE_CHECKING:
@@ -36,15 +36,12 @@ class Transferred(NamedTuple):
     notes: list[str]
 
 
-class TransferOptions(TypedDict, total=False):
+class TransferOptions(TransferMethod, total=False):
     """Options that `FileTransfer` and `uvgraft.batch.BatchTransfer` share; the former has them."""
 
     onto: StrPath | None
     size: Size | None
     reverse: bool
-    filter: Filter | None
-    gutter: int
-    prefer: Prefer
     overlap: Overlap
     linear_light: bool
     data: bool
@@ -54,11 +51,7 @@ class TransferOptions(TypedDict, total=False):
     exclude: str | Sequence[str]
     grow: str | None
     unit: Unit | None
-    blend: BlendMode | None
     feather: str | None
-    tone: ToneSide | None
-    match_skin: bool
-    keep_all: bool
     skin: StrPath | None
     labels: StrPath | None
     source_mask: StrPath | None

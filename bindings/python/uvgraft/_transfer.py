@@ -4,24 +4,21 @@ from __future__ import annotations
 
 import os
 from collections.abc import Sequence
-from typing import TYPE_CHECKING, Any, Literal, TypedDict, overload
+from typing import TYPE_CHECKING, Any, Literal, overload
 
 from numpy.typing import ArrayLike, NDArray
 
 from uvgraft._region import Region
 from uvgraft._types import (
-    BlendMode,
-    Filter,
     Image,
     Images,
     MeshLike,
     NormalY,
     Overlap,
-    Prefer,
     Side,
     Size,
     StrPath,
-    ToneSide,
+    TransferMethod,
 )
 from uvgraft._uvgraft import Graft, Pair, is_pair_file
 
@@ -29,14 +26,11 @@ if TYPE_CHECKING:
     from typing_extensions import Unpack
 
 
-class GraftOptions(TypedDict, total=False):
+class GraftOptions(TransferMethod, total=False):
     """Options of `Graft`."""
 
     size: Size | None
     reverse: bool
-    filter: Filter | None
-    gutter: int
-    prefer: Prefer
     overlap: Overlap
     linear_light: bool
     encoding: Literal["srgb", "linear"]
@@ -44,11 +38,7 @@ class GraftOptions(TypedDict, total=False):
     normal_y: NormalY
     normal_y_out: NormalY | None
     region: Region | None
-    blend: BlendMode | None
     feather: float | None
-    tone: ToneSide
-    match_skin: bool
-    keep_all: bool
     skin: Image | None
     labels: Image | None
 

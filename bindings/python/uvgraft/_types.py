@@ -6,7 +6,7 @@ The names of values are those of the compiled part; a test compares them.
 from __future__ import annotations
 
 import os
-from typing import Any, Literal, TypeAlias
+from typing import Any, Literal, TypeAlias, TypedDict
 
 StrPath: TypeAlias = str | os.PathLike[str]
 # An array, a PIL image, anything else with `__array__`, or the path of an image file.
@@ -27,3 +27,15 @@ Role = Literal["normal", "roughness", "metallic", "occlusion", "orm", "emissive"
 Side = Literal["source", "target"]
 ToneSide = Literal["base", "source", "both", "none"]
 Unit = Literal["mm", "cm", "m", "in"]
+
+
+class TransferMethod(TypedDict, total=False):
+    """Options of all transfers, of arrays, of files and onto avatars."""
+
+    filter: Filter | None
+    gutter: int
+    prefer: Prefer
+    blend: BlendMode | None
+    tone: ToneSide | None
+    match_skin: bool
+    keep_all: bool

@@ -2,7 +2,7 @@
 
 use uvgraft_assembly::selfie::Head;
 use uvgraft_assembly::{AvatarRequest, Body, SelfieRequest};
-use uvgraft_io::image::{self, WriteOptions};
+use uvgraft_image::{self as image, WriteOptions};
 
 fn main() -> Result<(), Box<dyn std::error::Error>> {
     let photo = std::env::args().nth(1).ok_or("usage: selfie PHOTO")?;

@@ -11,7 +11,7 @@ use uvgraft::{Encoding, Size};
 use uvgraft_assembly::selfie::{Head, Networks};
 use uvgraft_assembly::{AvatarRequest, Body, Failure, Input, Result, SelfieRequest};
 use uvgraft_figure::{Figure, paint_body, paint_head};
-use uvgraft_io::image::{self, Format, WriteOptions};
+use uvgraft_image::{self as image, Format, WriteOptions};
 use uvgraft_pipeline::{BaseSource, Blame};
 
 /// Bytes, or a message if there are none.
@@ -118,7 +118,7 @@ fn png(name: &str, texture: uvgraft::Texture) -> Result<Input> {
 fn encoded(texture: uvgraft::Texture) -> Result<Vec<u8>> {
     let mut out = Cursor::new(Vec::new());
     let texture = texture.encoded_as(Encoding::Srgb);
-    image::encode(&texture.into(), Format::Png, &WriteOptions::default(), &mut out)
+    image::encode(&texture.into(), Format::PNG, &WriteOptions::default(), &mut out)
         .map(drop)
         .or_work()
         .map_err(|failure: Failure| failure.context("cannot encode a texture"))?;

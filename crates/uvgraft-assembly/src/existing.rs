@@ -1,6 +1,6 @@
 //! Inputs that exist, which is looked up before any large file is read.
 
-use uvgraft_io::input::Input;
+use uvgraft_files::input::Input;
 use uvgraft_pipeline::{Failure, Result};
 
 /// Checks that all inputs that are files exist.

@@ -44,7 +44,7 @@ pub mod skin;
 pub mod view;
 pub mod weights;
 
-pub use uvgraft_io::input::Input;
+pub use uvgraft_files::input::Input;
 pub use uvgraft_pipeline::{Failure, Fault, Observer, Result};
 
 pub use self::avatar::{AvatarRequest, Body, MadeAvatar};

@@ -9,12 +9,13 @@ use std::sync::Arc;
 use uvgraft::Mesh;
 use uvgraft::listing::listed;
 use uvgraft::mesh::MeshPart;
+use uvgraft_files::input::{Input, ReadError};
 use uvgraft_gltf::scene::{MeshChoice, SceneMeshError, load_mesh, read_mesh};
-use uvgraft_io::input::{Input, ReadError};
+use uvgraft_image as image;
 use uvgraft_io::obj::ObjError;
 use uvgraft_io::pair_file::{self, PairFile};
 use uvgraft_io::textured::{TexturedMesh, WithoutUv};
-use uvgraft_io::{arrays, image, model_mesh, obj, ply};
+use uvgraft_io::{arrays, model_mesh, obj, ply};
 use uvgraft_pipeline::{Blame, Failure, Observer, Result};
 
 use crate::report::grouped;
@@ -449,7 +450,7 @@ mod tests {
     #[test]
     fn formats_are_detected_from_the_content() {
         let cases: [(&[u8], Format); 17] = [
-            (b"\x89PNG\r\n\x1a\n\0", Format::Image(image::Format::Png)),
+            (b"\x89PNG\r\n\x1a\n\0", Format::Image(image::Format::PNG)),
             (b"\x07\x01\0\0\0\0\0\0{\"__", Format::Pair),
             (b"{\"a\": 1}", Format::Gltf),
             (b"glTF\x02\0\0\0", Format::Gltf),

@@ -1,7 +1,7 @@
 //! The bound on the memory of what shows scenes.
 
+use uvgraft_files::input::ReadError;
 use uvgraft_gltf::scene::{Budget, SceneError, Shares};
-use uvgraft_io::input::ReadError;
 use uvgraft_pipeline::{Blame, Failure, Result, memory_taken};
 
 /// A bound on the memory of the process.

@@ -7,9 +7,10 @@ use uvgraft::{Channels, Depth, Encoding, Mesh, Size, Texels, Texture, TextureErr
 use uvgraft_avatar::Avatar;
 use uvgraft_avatar::motion::UpAxis;
 use uvgraft_avatar::rig::{Joint, Skeleton, Skin};
+use uvgraft_files::input::Input;
 use uvgraft_gltf::glb::{self, AvatarMaterial, Export, Picture, PictureFormat};
-use uvgraft_io::input::Input;
-use uvgraft_io::{image, obj};
+use uvgraft_image as image;
+use uvgraft_io::obj;
 use uvgraft_pipeline::{Blame, Failure, Observer, Result, memory_taken, without_non_finite};
 use uvgraft_render::Bounds;
 

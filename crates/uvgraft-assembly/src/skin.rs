@@ -2,7 +2,7 @@
 
 use uvgraft::{Size, Texture};
 use uvgraft_avatar::body::{ModelFile, ReadOptions, Shape};
-use uvgraft_io::input::Input;
+use uvgraft_files::input::Input;
 use uvgraft_io::model_mesh;
 use uvgraft_open_body::skin::{SkinOptions, SkinTone, paint_skin};
 use uvgraft_pipeline::{Blame, Failure, Result};

@@ -3,9 +3,9 @@
 use std::path::Path;
 
 use uvgraft_avatar::motion::UpAxis;
+use uvgraft_files::input::Input;
 use uvgraft_gltf::scene::{PoseRequest, Scene, whole_within};
-use uvgraft_io::image::{self, ImageError};
-use uvgraft_io::input::Input;
+use uvgraft_image::{self as image, ImageError};
 use uvgraft_pipeline::{Blame, Failure, Observer, Result};
 use uvgraft_render::Bounds;
 use uvgraft_viewer::{Glb, LookAt, PAGE, Page, Picture, Template};

@@ -3,9 +3,9 @@
 
 use std::path::PathBuf;
 
-use uvgraft_io::face_networks::{self, FaceModels};
-use uvgraft_io::input::ReadError;
+use uvgraft_files::input::ReadError;
 use uvgraft_pipeline::{Failure, Result};
+use uvgraft_selfie::face_networks::{self, FaceModels};
 
 /// Overrides the path of the LPIPS weights in the user's data folder.
 const LPIPS_VARIABLE: &str = "UVGRAFT_WEIGHTS";

@@ -3,7 +3,7 @@
 use std::path::{Path, PathBuf};
 
 use uvgraft::choices;
-use uvgraft_io::input::Input;
+use uvgraft_files::input::Input;
 use uvgraft_pipeline::{BlendMode, BlendSettings, Blending, Length, Region, ToneSide};
 
 use crate::choice::choice;

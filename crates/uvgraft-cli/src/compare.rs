@@ -6,8 +6,8 @@ use std::process::ExitCode;
 use anyhow::Context;
 use serde::Serialize;
 use uvgraft::{Encoding, Size};
-use uvgraft_io::image::{self, Header};
-use uvgraft_io::input::Input;
+use uvgraft_files::input::Input;
+use uvgraft_image::{self as image, Header};
 use uvgraft_metrics::{Colors, Mask};
 use uvgraft_pipeline::{Outputs, decoded_bytes};
 

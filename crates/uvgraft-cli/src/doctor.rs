@@ -6,9 +6,9 @@ use std::process::ExitCode;
 
 use serde::Serialize;
 use uvgraft_avatar::body::{ModelFile, ReadOptions};
+use uvgraft_files::input::Input;
 use uvgraft_gltf::container::{ContainerError, Glb};
-use uvgraft_io::image::{MAX_BYTES, MAX_WHOLE_TEXELS};
-use uvgraft_io::input::Input;
+use uvgraft_image::{MAX_BYTES, MAX_WHOLE_TEXELS};
 use uvgraft_io::pair_file;
 use uvgraft_metrics::lpips::LpipsNetwork;
 

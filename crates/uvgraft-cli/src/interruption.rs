@@ -21,7 +21,7 @@ pub(crate) fn handle() {
 
 fn end() -> ! {
     IS_INTERRUPTED.store(true, Ordering::SeqCst);
-    uvgraft_io::output::abandon_unfinished();
+    uvgraft_files::output::abandon_unfinished();
     terminal::interrupted();
     std::process::exit(EXIT_CODE);
 }

@@ -55,7 +55,7 @@ use anyhow::Context;
 use clap::error::{ContextKind, ContextValue, ErrorKind};
 use clap::{Arg, ArgAction, CommandFactory, FromArgMatches, Parser, Subcommand};
 use uvgraft::Choice;
-use uvgraft_io::image::Format;
+use uvgraft_image::Format;
 use uvgraft_pipeline::Unit;
 
 use crate::progress::Activity;

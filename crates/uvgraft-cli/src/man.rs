@@ -7,7 +7,7 @@ use std::process::ExitCode;
 use anyhow::Context;
 use clap::{Command, CommandFactory};
 use clap_mangen::Man;
-use uvgraft_io::output::write_atomically;
+use uvgraft_files::output::write_atomically;
 use uvgraft_pipeline::Outputs;
 
 use crate::Cli;

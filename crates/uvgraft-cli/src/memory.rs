@@ -2,8 +2,8 @@
 //! refused before any work.
 
 use uvgraft::Depth;
-use uvgraft_io::image::Header;
-use uvgraft_io::input::Input;
+use uvgraft_files::input::Input;
+use uvgraft_image::Header;
 use uvgraft_pipeline::{check_memory, decoded_bytes, parse_memory};
 
 use crate::heading;

@@ -9,7 +9,7 @@ use uvgraft_assembly::mesh_file::MeshFile;
 use uvgraft_assembly::render::Aim;
 use uvgraft_assembly::{Input, ViewRequest};
 use uvgraft_avatar::motion::UpAxis;
-use uvgraft_io::output;
+use uvgraft_files::output;
 use uvgraft_pipeline::{Outputs, parse_memory};
 
 use crate::choice::choice;

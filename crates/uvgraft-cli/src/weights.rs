@@ -7,12 +7,12 @@ use std::process::ExitCode;
 
 use anyhow::Context;
 use uvgraft_assembly::weights::{face_models, face_networks_path, lpips_path, missing_or};
-use uvgraft_io::face_networks::import::{self as face_import, Imported};
-use uvgraft_io::face_networks::{self, FaceNetworksError};
-use uvgraft_io::input::{Input, ReadError};
-use uvgraft_io::lpips_weights::{self, sdist};
+use uvgraft_files::input::{Input, ReadError};
 use uvgraft_metrics::lpips::{Lpips, LpipsNetwork};
+use uvgraft_metrics::lpips_weights::{self, sdist};
 use uvgraft_pipeline::Outputs;
+use uvgraft_selfie::face_networks::import::{self as face_import, Imported};
+use uvgraft_selfie::face_networks::{self, FaceNetworksError};
 
 use crate::failure::{OrBadInput, bad_input};
 use crate::{outcome, terminal};

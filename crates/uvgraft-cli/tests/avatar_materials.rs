@@ -7,7 +7,7 @@ use serde_json::{Value, json};
 use uvgraft::{Channels, Depth, Encoding, Size, Texture};
 use uvgraft_figure::Figure;
 use uvgraft_gltf::scene::{PoseRequest, PosedPrimitive, Scene};
-use uvgraft_io::image;
+use uvgraft_image as image;
 
 use crate::bench::{Bench, texel_u8};
 

@@ -132,8 +132,8 @@ fn heatmaps_keep_single_texels() {
         uvgraft::Encoding::Srgb,
         uvgraft::Texels::U8(texels),
     );
-    let options = uvgraft_io::image::WriteOptions::default();
-    let written = uvgraft_io::image::write(&texture.unwrap().into(), bench.path("b.png"), &options);
+    let options = uvgraft_image::WriteOptions::default();
+    let written = uvgraft_image::write(&texture.unwrap().into(), bench.path("b.png"), &options);
     assert_eq!(written.unwrap().losses, []);
     bench.succeed("compare a.png b.png --metrics l1 --heatmap map.png");
     let map = bench.texture("map.png");

@@ -5,7 +5,7 @@
 use serde_json::{Value, json};
 use uvgraft::{Channels, Depth, Encoding, Mesh, Pair, Size, Texels, Texture};
 use uvgraft_figure::Figure;
-use uvgraft_io::image::{self, WriteOptions};
+use uvgraft_image::{self as image, WriteOptions};
 use uvgraft_io::pair_file::{self, PairFile};
 use uvgraft_tests::looks::frame::figure_pair;
 use uvgraft_tests::looks::{BodyFrame, BodyLook, FaceLook, HeadFrame, LayoutSpots, SkinTone};

@@ -6,7 +6,7 @@
 use uvgraft::{Channels, Encoding, Filter, Size, Texels, Texture};
 use uvgraft_figure::{Figure, paint_head};
 use uvgraft_gltf::scene::Scene;
-use uvgraft_io::image::WriteOptions;
+use uvgraft_image::WriteOptions;
 use uvgraft_io::obj;
 use uvgraft_render::{Shading, View, render};
 use uvgraft_tests::downloads;
@@ -30,7 +30,7 @@ fn jpeg(picture: &Texture) -> Vec<u8> {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("plain.jpg");
     let options = WriteOptions::default();
-    uvgraft_io::image::write(&picture.clone().into(), &path, &options).unwrap().losses.clear();
+    uvgraft_image::write(&picture.clone().into(), &path, &options).unwrap().losses.clear();
     let plain = std::fs::read(path).unwrap();
     let entry = |tag: u16, kind: u16, count: u32, value: u32| {
         [&tag.to_le_bytes()[..], &kind.to_le_bytes(), &count.to_le_bytes(), &value.to_le_bytes()]

@@ -337,8 +337,8 @@ fn a_base_keeps_light_without_coverage() {
     let glow: Vec<f32> = [0.75, 0.5, 0.25, 0.0].repeat(size.texels());
     let glow = uvgraft::Texels::F32(glow);
     let glow = uvgraft::Texture::new(size, Channels::Rgba, Encoding::Linear, glow).unwrap();
-    let options = uvgraft_io::image::WriteOptions::default().keeps_light(true);
-    let written = uvgraft_io::image::write(&glow.into(), bench.path("glow.exr"), &options);
+    let options = uvgraft_image::WriteOptions::default().keeps_light(true);
+    let written = uvgraft_image::write(&glow.into(), bench.path("glow.exr"), &options);
     assert_eq!(written.unwrap().losses, []);
     assert_eq!(bench.succeed("transfer my.uvpair face.png --onto glow.exr -o out.exr"), "");
     assert_eq!(texel(&bench.texture("out.exr"), 79, 59), [0.75, 0.5, 0.25, 0.0]);
@@ -358,8 +358,8 @@ fn data_is_never_converted() {
         uvgraft::Texture::new(Size::square(32), Channels::Grey, Encoding::Linear, texels).unwrap()
     };
     let write = |name: &str, texture: uvgraft::Texture| {
-        let options = uvgraft_io::image::WriteOptions::default();
-        let written = uvgraft_io::image::write(&texture.into(), bench.path(name), &options);
+        let options = uvgraft_image::WriteOptions::default();
+        let written = uvgraft_image::write(&texture.into(), bench.path(name), &options);
         assert_eq!(written.unwrap().losses, []);
     };
     write("rough.exr", value(0.25));
@@ -824,8 +824,8 @@ fn a_source_whose_lower_rows_are_not_read() {
             bench.succeed(&format!("transfer my.uvpair {name} {args} -o png.png"));
             // Decoded as a whole.
             let image = bench.image(name);
-            let options = uvgraft_io::image::WriteOptions::default();
-            let written = uvgraft_io::image::write(&image, bench.path("whole.tif"), &options);
+            let options = uvgraft_image::WriteOptions::default();
+            let written = uvgraft_image::write(&image, bench.path("whole.tif"), &options);
             assert!(written.unwrap().losses.is_empty());
             bench.succeed(&format!("transfer my.uvpair whole.tif {args} -o tif.png"));
             assert!(bench.bytes("png.png") == bench.bytes("tif.png"), "{name} {filter}");

@@ -4,8 +4,9 @@
 
 use std::process::Output;
 
-use uvgraft_io::{face_networks, lpips_weights};
 use uvgraft_metrics::lpips::LpipsNetwork;
+use uvgraft_metrics::lpips_weights;
+use uvgraft_selfie::face_networks;
 use uvgraft_tests::downloads;
 
 use crate::bench::Bench;

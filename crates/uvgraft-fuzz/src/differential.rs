@@ -6,7 +6,7 @@ use std::sync::Arc;
 use uvgraft::{
     Channels, Depth, Direction, Encoding, Filter, Graft, Mesh, Pair, Size, Sizes, Texels, Texture,
 };
-use uvgraft_io::image::{BandEncoder, Format, Image, TextureSpec, WriteOptions, decode};
+use uvgraft_image::{BandEncoder, Format, Image, TextureSpec, WriteOptions, decode};
 use uvgraft_tests::independent;
 
 /// Numbers from bytes; zeros at their end.
@@ -161,7 +161,7 @@ pub(crate) fn png_round_trip(bytes: &[u8]) {
     let image = Image { texture, icc: (kind & 4 != 0).then(|| vec![kind; 9]) };
     let spec = TextureSpec::from(&image.texture);
     let out = Cursor::new(Vec::new());
-    let encoder = BandEncoder::new(out, Format::Png, spec, image.icc.as_deref(), &options);
+    let encoder = BandEncoder::new(out, Format::PNG, spec, image.icc.as_deref(), &options);
     let mut encoder = encoder.expect("PNG holds such textures");
     for first in (0..size.height).step_by(band as usize) {
         let rows = image.texture.rows(first..size.height.min(first + band));

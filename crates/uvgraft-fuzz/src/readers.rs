@@ -10,18 +10,19 @@ use uvgraft::islands::Islands;
 use uvgraft::{Texels, Texture};
 use uvgraft_avatar::body::{BodyKind, BodyModel, Shape};
 use uvgraft_avatar::motion::Motion;
+use uvgraft_files::input::Input;
 use uvgraft_gltf::scene::{MeshChoice, PoseRequest, Scene, contents, read_mesh};
+use uvgraft_image::{self as image, BandDecoder};
 use uvgraft_io::arrays::{NamedArrays, NumericArray};
-use uvgraft_io::face_networks::{self, FaceNetworkFiles};
-use uvgraft_io::image::{self, BandDecoder};
-use uvgraft_io::input::Input;
-use uvgraft_io::lpips_weights;
 use uvgraft_io::{
     arrays, correspondence_table, fate, obj as obj_file, pair_file as pairs, pickle as pickles,
-    ply as ply_file, sampling_map, tflite as models, torch as torch_file, vertex_groups as groups,
+    ply as ply_file, sampling_map, torch as torch_file, vertex_groups as groups,
     vertex_list as lists, vertex_map as maps,
 };
 use uvgraft_metrics::lpips::LpipsNetwork;
+use uvgraft_metrics::lpips_weights;
+use uvgraft_selfie::face_networks::{self, FaceNetworkFiles};
+use uvgraft_selfie::tflite as models;
 
 use uvgraft_tests::bodies::synthetic_model_with;
 

@@ -6,8 +6,8 @@ use serde_json::json;
 use uvgraft::{Channels, Depth, Direction, Encoding, MapOptions, Mesh, Pair, SamplingMap, Size};
 use uvgraft::{Texels, Texture};
 use uvgraft_avatar::body::BodyKind;
+use uvgraft_image::{Format, Image, WriteOptions, encode};
 use uvgraft_io::arrays::{NamedArrays, NumericArray, write_npz, write_npz_compressed};
-use uvgraft_io::image::{Format, Image, WriteOptions, encode};
 use uvgraft_io::pair_file::PairFile;
 use uvgraft_io::sampling_map::{Convention, write_npy, write_st_map};
 use uvgraft_io::torch::write_pth;
@@ -191,14 +191,14 @@ fn texture(size: Size, channels: Channels, depth: Depth) -> Texture {
 
 pub(crate) fn image() -> Vec<Vec<u8>> {
     let mut seeds = Vec::new();
-    for format in Format::ALL {
+    for &format in Format::ALL {
         for (channels, depth) in [
             (Channels::Grey, Depth::U8),
             (Channels::Rgb, Depth::U8),
             (Channels::Rgba, Depth::U16),
             (Channels::Rgb, Depth::F32),
         ] {
-            if format == Format::Jpeg && channels.has_alpha() {
+            if channels.has_alpha() && !format.codec().has_alpha {
                 continue;
             }
             let texture = texture(Size::new(19, 11), channels, depth);
@@ -219,7 +219,7 @@ pub(crate) fn image() -> Vec<Vec<u8>> {
 fn declared_spaces() -> Vec<Vec<u8>> {
     let image = Image::from(texture(Size::new(5, 3), Channels::Rgb, Depth::U8));
     let options = WriteOptions::default();
-    let plain = written(|out| encode(&image, Format::Png, &options, out).map(drop));
+    let plain = written(|out| encode(&image, Format::PNG, &options, out).map(drop));
     let chunk = |kind: &[u8; 4], content: &[u8]| {
         let length = (content.len() as u32).to_be_bytes();
         [&length[..], kind, content, &[0; 4]].concat()
@@ -309,10 +309,10 @@ pub(crate) fn png_round_trip() -> Vec<Vec<u8>> {
 mod tests {
     use uvgraft_avatar::motion::Motion;
     use uvgraft_gltf::scene::{MeshChoice, Scene, read_mesh};
-    use uvgraft_io::{
-        arrays, ply as ply_file, sampling_map, tflite as models, torch as torch_file,
-    };
-    use uvgraft_io::{image as images, pickle as pickles, vertex_groups as groups};
+    use uvgraft_image as images;
+    use uvgraft_io::{arrays, ply as ply_file, sampling_map, torch as torch_file};
+    use uvgraft_io::{pickle as pickles, vertex_groups as groups};
+    use uvgraft_selfie::tflite as models;
 
     use super::*;
 

@@ -33,8 +33,8 @@ use crate::arrays::npy::{self, Content};
 use crate::arrays::{
     ArraysError, MAX_FILE_BYTES, MAX_NUMBERS, NamedArrays, NumericArray, SparseMatrix,
 };
-use crate::input::{Input, ReadError};
 use crate::pickle::{self, Value};
+use uvgraft_files::input::{Input, ReadError};
 
 /// The content of a file of correspondences. Only the format is checked: whether vertices and faces
 /// exist depends on the meshes.

@@ -16,7 +16,7 @@
 use uvgraft::mesh::{Mesh, MeshError, MeshPart};
 
 use crate::arrays::{ArrayFile, ArraySelection, ArraysError, NamedArrays};
-use crate::input::{Input, ReadError};
+use uvgraft_files::input::{Input, ReadError};
 
 const POSITIONS: &str = "v_template";
 const FACES: &str = "f";

@@ -16,8 +16,8 @@ mod write;
 
 use uvgraft::mesh::{Mesh, MeshError};
 
-use crate::input::{Input, ReadError};
 use crate::textured::TexturedMesh;
+use uvgraft_files::input::{Input, ReadError};
 
 pub use self::write::{save, write};
 

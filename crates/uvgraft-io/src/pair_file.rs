@@ -20,7 +20,6 @@
 //! - Other tensors and keys MAY be present; readers of this version ignore them.
 
 use std::collections::HashMap;
-use std::fmt::Write as _;
 use std::io::{self, Write as _};
 use std::path::Path;
 use std::sync::Arc;
@@ -30,8 +29,10 @@ use serde::{Deserialize, Serialize};
 use sha2::{Digest, Sha256};
 use uvgraft::{Corner, Extent, Mesh, MeshError, MeshPart, Pair, PairError, Piece, Weights};
 
-use crate::input::{Input, ReadError, beginning};
-use crate::output::write_atomically;
+use crate::beginning;
+use uvgraft_files::checksum::{hex, sha256};
+use uvgraft_files::input::{Input, ReadError};
+use uvgraft_files::output::write_atomically;
 
 /// The newest version of the format, which is the one that is written.
 pub const VERSION: u32 = 2;
@@ -216,7 +217,7 @@ pub fn encode(file: &PairFile) -> Result<Vec<u8>, PairFileError> {
         safetensors::serialize(views, Some(metadata)).map_err(|error| bad_header(&error))?;
     let place = checksum_place(&bytes, &"0".repeat(CHECKSUM_DIGITS))
         .ok_or_else(|| PairFileError::Header("no place for the checksum".to_owned()))?;
-    let checksum = hex(&Sha256::digest(&bytes));
+    let checksum = sha256(&bytes);
     bytes[place..place + CHECKSUM_DIGITS].copy_from_slice(checksum.as_bytes());
     Ok(bytes)
 }
@@ -544,14 +545,6 @@ fn rows<'a, const N: usize>(
 ) -> Result<impl ExactSizeIterator<Item = [[u8; 4]; N]> + 'a, PairFileError> {
     let bytes = tensor(tensors, name, dtype, Some(N))?;
     Ok(bytes.as_chunks::<4>().0.as_chunks::<N>().0.iter().copied())
-}
-
-/// Bytes in hexadecimal.
-pub(crate) fn hex(bytes: &[u8]) -> String {
-    bytes.iter().fold(String::new(), |mut text, byte| {
-        let _ = write!(text, "{byte:02x}");
-        text
-    })
 }
 
 fn bad_header(error: &dyn std::error::Error) -> PairFileError {

@@ -17,8 +17,9 @@ mod values;
 
 use uvgraft::mesh::MeshError;
 
-use crate::input::{Input, ReadError, beginning};
+use crate::beginning;
 use crate::textured::TexturedMesh;
+use uvgraft_files::input::{Input, ReadError};
 
 /// Larger files are rejected by [`read`] before they are loaded.
 pub const MAX_FILE_BYTES: u64 = 1 << 31;

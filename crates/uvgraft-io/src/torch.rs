@@ -14,9 +14,9 @@ use crate::arrays::archive::ArchiveInMemory;
 use crate::arrays::collect::Collector;
 use crate::arrays::error::{ArraysError, MAX_FILE_BYTES, MAX_UNPACKED_BYTES, foreign_file};
 use crate::arrays::named::NamedArrays;
-use crate::input::{Input, ReadError};
 use crate::obj::shown;
 use crate::pickle;
+use uvgraft_files::input::{Input, ReadError};
 
 const WANTED: &str = "a torch.save file of tensors";
 

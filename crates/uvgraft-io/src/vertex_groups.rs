@@ -12,10 +12,10 @@ use serde::Deserializer as _;
 use serde::de::{self, MapAccess, Visitor};
 use uvgraft::listing::listed;
 
-use crate::input::{Input, ReadError};
 use crate::numpy::NumberKind;
 use crate::pickle::{self, PickleError, Value};
 use crate::vertex_list::{VertexListError, vertices_of};
+use uvgraft_files::input::{Input, ReadError};
 
 /// Larger files are rejected by [`read`] before they are loaded; published ones have a megabyte at
 /// most.

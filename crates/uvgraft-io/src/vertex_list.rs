@@ -2,8 +2,8 @@
 //!
 //! Read from NPY arrays, of indices or of one bool for each vertex, and from plain text.
 
-use crate::input::{Input, ReadError};
 use crate::integers::{self, IntegersError, List};
+use uvgraft_files::input::{Input, ReadError};
 
 /// Larger files are rejected by [`read`] before they are loaded.
 pub const MAX_FILE_BYTES: u64 = 1 << 31;

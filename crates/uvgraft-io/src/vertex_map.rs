@@ -5,10 +5,10 @@
 use std::io::{self, Write};
 use std::path::Path;
 
-use crate::input::{Input, ReadError};
 use crate::integers::{self, IntegersError};
 use crate::numpy::write_header;
-use crate::output::write_atomically;
+use uvgraft_files::input::{Input, ReadError};
+use uvgraft_files::output::write_atomically;
 
 /// Larger files are rejected by [`read`] before they are loaded.
 pub const MAX_FILE_BYTES: u64 = 1 << 31;

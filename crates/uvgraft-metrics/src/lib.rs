@@ -29,6 +29,8 @@ mod flip;
 mod l1;
 #[cfg(feature = "lpips")]
 pub mod lpips;
+#[cfg(feature = "lpips")]
+pub mod lpips_weights;
 mod mask;
 mod metric;
 mod psnr;

@@ -3,8 +3,8 @@
 use glam::Vec3;
 use uvgraft::threads;
 use uvgraft_avatar::body::BodyError;
+use uvgraft_files::input::{Input, ReadError};
 use uvgraft_io::arrays::{NamedArrays, NumericArray};
-use uvgraft_io::input::{Input, ReadError};
 
 use crate::base_mesh::BaseMesh;
 use crate::components::{self, Components, rounded};

@@ -6,7 +6,7 @@
 
 use std::io::{Cursor, Read};
 
-use sha2::{Digest, Sha256};
+use uvgraft_files::checksum::sha256;
 use zip::ZipArchive;
 use zip::result::ZipError;
 
@@ -36,8 +36,7 @@ impl<'a> Wheel<'a> {
     /// # Errors
     /// [`ImportError::Checksum`] for any other file; it is not parsed.
     pub(crate) fn open(bytes: &'a [u8]) -> Result<Self, ImportError> {
-        let digest = Sha256::digest(bytes);
-        let found: String = digest.iter().map(|byte| format!("{byte:02x}")).collect();
+        let found = sha256(bytes);
         if found != SHA256 {
             return Err(ImportError::Checksum { found });
         }

@@ -7,8 +7,8 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 use std::sync::{Mutex, PoisonError};
 
 use uvgraft::{Averaging, Depth, Encoding, Filter, Size, TexelFormat, Texture};
-use uvgraft_io::image::{self, BandReader, Format, Header, ReadError};
-use uvgraft_io::input::Input;
+use uvgraft_files::input::Input;
+use uvgraft_image::{self as image, BandReader, Header, ReadError};
 
 use crate::base_color;
 use crate::base_source::BaseSource;
@@ -109,7 +109,7 @@ impl Base {
         let format = values.reinterpret(reader.spec().format());
         let name = image.to_string();
         let icc = reader.icc().map(<[u8]>::to_vec);
-        let holds_light = reader.header().format == Format::Exr;
+        let holds_light = reader.header().format.codec().is_premultiplied;
         let known = ImageInfo { name, format, icc, holds_light };
         let found = reader.spec().size;
         let size = wanted.unwrap_or(found);

@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use uvgraft_io::input::Input;
+use uvgraft_files::input::Input;
 
 use crate::failure::{Failure, Result};
 

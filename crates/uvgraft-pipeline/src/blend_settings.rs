@@ -1,7 +1,7 @@
 //! Blending as users ask for it: options with their defaults, and which of them contradict each other.
 
-use uvgraft::{Tone, choices};
-use uvgraft_io::input::Input;
+use uvgraft::{BlendOptions, Tone, choices};
+use uvgraft_files::input::Input;
 
 use crate::blending::{Blending, DEFAULT_FEATHER};
 use crate::failure::{Failure, Result};
@@ -123,16 +123,14 @@ impl BlendSettings {
     ///
     /// - `gutter_px`: of the result.
     pub fn blending(&self, gutter_px: u32) -> Blending {
-        Blending {
-            feather: self.feather(),
-            membrane: self.mode() == BlendMode::Membrane && self.tone().is_some(),
-            match_skin: self.match_skin && self.tone().is_some(),
-            tone: self.tone().unwrap_or(Tone::Base),
-            skin: self.skin.clone(),
-            labels: self.labels.clone(),
-            keep_all: self.keep_all,
-            gutter_px,
-        }
+        let tone = self.tone();
+        let mut options = BlendOptions::default().gutter_px(gutter_px);
+        options.membrane = self.mode() == BlendMode::Membrane && tone.is_some();
+        options.match_skin = self.match_skin && tone.is_some();
+        options.tone = tone.unwrap_or(options.tone);
+        options.keep_all = self.keep_all;
+        let (skin, labels) = (self.skin.clone(), self.labels.clone());
+        Blending { feather: self.feather(), options, skin, labels }
     }
 
     /// The blending, if any option, here or of the region, requires blending on the surface.
@@ -193,10 +191,10 @@ mod tests {
     #[test]
     fn avatars_have_a_membrane_in_the_tone_of_the_face() {
         let blending = BlendSettings::default().of_avatar().blending(4);
-        assert!(blending.membrane && blending.tone == Tone::Source);
+        assert!(blending.options.membrane && blending.options.tone == Tone::Source);
         assert_eq!(blending.feather, Length::millimeters(10.0));
         let plain = BlendSettings { blend: Some(BlendMode::None), ..BlendSettings::default() };
         plain.clone().of_avatar().check().unwrap();
-        assert!(!plain.of_avatar().blending(4).membrane);
+        assert!(!plain.of_avatar().blending(4).options.membrane);
     }
 }

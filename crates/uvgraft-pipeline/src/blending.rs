@@ -3,12 +3,11 @@
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
-use uvgraft::blend::Side;
-use uvgraft::blend::{Blend, BlendDomain, BlendOptions, FeatherFit, Tone};
+use uvgraft::blend::{Blend, BlendDomain, BlendOptions, FeatherFit, Side};
 use uvgraft::fill::{self, FillError};
 use uvgraft::{Direction, Labels, Texture, ToneCorrection};
-use uvgraft_io::image;
-use uvgraft_io::input::Input;
+use uvgraft_files::input::Input;
+use uvgraft_image as image;
 
 use crate::failure::{Blame, Failure, Result};
 use crate::length::{Length, Unit};
@@ -26,44 +25,27 @@ pub(crate) const DEFAULT_FEATHER: Length = Length::millimeters(10.0);
 pub struct Blending {
     /// Distance over which the texture fades into the base, inwards from the region's boundary.
     pub feather: Length,
-    /// Whether a membrane carries the tone of one side across the boundary to the other.
-    pub membrane: bool,
-    /// Whether the skin of one side is matched to the other's mean and covariance.
-    pub match_skin: bool,
-    /// The side that sets the tone.
-    pub tone: Tone,
+    /// All else that the core is told. Its own `feather` is set from the one above, once the mesh's
+    /// unit is known.
+    pub options: BlendOptions,
     /// Skin mask of the base, white on black; estimated if absent.
     pub skin: Option<Input>,
     /// Label image of the textures; detected for each texture if absent.
     pub labels: Option<Input>,
-    /// Whether cloth and background at the neck stay in the region.
-    pub keep_all: bool,
-    /// Width in texels of the gutter in which the base's skin changes too.
-    pub gutter_px: u32,
 }
 
 impl Default for Blending {
     /// A hard edge without colour changes.
     fn default() -> Self {
-        let BlendOptions { membrane, match_skin, tone, gutter_px, .. } = BlendOptions::default();
         let feather = Length::millimeters(0.0);
-        Self {
-            feather,
-            membrane,
-            match_skin,
-            tone,
-            skin: None,
-            labels: None,
-            keep_all: false,
-            gutter_px,
-        }
+        Self { feather, options: BlendOptions::default(), skin: None, labels: None }
     }
 }
 
 impl Blending {
     /// Whether colours of the base are analysed before compositing.
     pub fn needs_colors(&self) -> bool {
-        self.membrane || self.match_skin
+        self.options.needs_colors()
     }
 
     /// Whether the labels of textures matter.
@@ -108,14 +90,7 @@ impl Blending {
                 "{name}: `skin` is black everywhere, so nothing of the base takes on the tone"
             ));
         }
-        let mut options = BlendOptions::default();
-        options.feather = feather;
-        options.membrane = self.membrane;
-        options.match_skin = self.match_skin;
-        options.tone = self.tone;
-        options.gutter_px = self.gutter_px;
-        options.keep_all = self.keep_all;
-        let mut blend = Blend::new(&selection, options).or_input()?;
+        let mut blend = Blend::new(&selection, self.options.feather(feather)).or_input()?;
         self.check_feather(blend.feather_fit(), unit, observer)?;
         if let Some(skin) = skin {
             blend = blend.with_skin(skin.texture);

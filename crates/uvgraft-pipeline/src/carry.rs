@@ -8,7 +8,7 @@ use std::thread;
 
 use uvgraft::{Blend, Channels, FitSummary, Graft, Overlay, TexelFormat, Texture};
 use uvgraft::{Depth, ToneCorrection};
-use uvgraft_io::image::{EncodeError, Format, TextureSpec, WriteError, Written};
+use uvgraft_image::{EncodeError, Format, TextureSpec, WriteError, Written};
 
 use crate::base::Bands;
 use crate::blending;
@@ -202,22 +202,25 @@ impl Shared {
             let warning = "ICC profile dropped: it is for greyscale, but the result is in colour";
             log.warnings.push(format!("{}: {warning}", name.display()));
         }
-        if channels.has_alpha() && call.target.format() == Some(Format::Jpeg) {
-            return Err(self.needs_alpha(name));
+        if let Some(format) = call.target.format().filter(|format| !format.codec().has_alpha)
+            && channels.has_alpha()
+        {
+            return Err(self.needs_alpha(name, format));
         }
         Ok(Formats { found: found.channels, depth, source: format, base, channels, icc })
     }
 
-    fn needs_alpha(&self, output: &Path) -> Failure {
+    fn needs_alpha(&self, output: &Path, format: Format) -> Failure {
         let hint = if self.base.is_clear_color() {
             "use an opaque base, such as `onto` '#808080', or write"
         } else {
             "choose"
         };
         Failure::option(format!(
-            "cannot write {}: the result has an alpha channel, which JPEG does not support; \
-             {hint} PNG, WebP, TIFF or EXR",
-            output.display()
+            "cannot write {}: the result has an alpha channel, which {format} does not support; \
+             {hint} {}",
+            output.display(),
+            Format::names_of(|format| format.has_alpha, "or")
         ))
     }
 

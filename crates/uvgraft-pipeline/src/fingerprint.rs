@@ -1,12 +1,12 @@
 //! Fingerprints of what outputs are made from: the content of all inputs and all options.
 
-use std::fmt::Write as _;
 use std::fs::File;
 use std::io::{self, Read};
 use std::path::{Path, PathBuf};
 
 use sha2::{Digest, Sha256};
-use uvgraft_io::input::Input;
+use uvgraft_files::checksum::{hex, sha256};
+use uvgraft_files::input::Input;
 
 /// Increment when results change within a version of the program.
 const REVISION: u32 = 1;
@@ -48,7 +48,7 @@ impl Fingerprint {
 
     /// As [`Fingerprint::with_file`], for a file whose content is in memory.
     pub(crate) fn with_bytes(&self, bytes: &[u8]) -> String {
-        self.with_digest(&digest(bytes))
+        self.with_digest(&sha256(bytes))
     }
 
     /// As [`Fingerprint::with_file`], also for bytes.
@@ -125,19 +125,8 @@ pub(crate) fn file_digest(path: &Path) -> io::Result<String> {
 pub(crate) fn input_digest(input: &Input) -> io::Result<String> {
     match input {
         Input::File(path) => file_digest(path),
-        Input::Bytes { bytes, .. } => Ok(digest(bytes)),
+        Input::Bytes { bytes, .. } => Ok(sha256(bytes)),
     }
-}
-
-fn digest(bytes: &[u8]) -> String {
-    hex(&Sha256::digest(bytes))
-}
-
-fn hex(bytes: &[u8]) -> String {
-    bytes.iter().fold(String::new(), |mut text, byte| {
-        let _ = write!(text, "{byte:02x}");
-        text
-    })
 }
 
 #[cfg(test)]

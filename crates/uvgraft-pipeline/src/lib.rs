@@ -83,4 +83,4 @@ pub use region::{Grow, Region, RegionPart};
 pub use shard::Shard;
 pub use texture_list::TextureList;
 pub use transfer::{Correspondence, Existing, Inputs, MaterialMap, Transfer, Transferred};
-pub use uvgraft_io::input::Input;
+pub use uvgraft_files::input::Input;

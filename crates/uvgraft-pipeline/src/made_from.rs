@@ -3,7 +3,7 @@
 use std::io;
 use std::path::Path;
 
-use uvgraft_io::input::Input;
+use uvgraft_files::input::Input;
 
 use crate::base_source::BaseSource;
 use crate::blending::Blending;
@@ -98,21 +98,9 @@ impl Transfer {
         let Self { region, blending, source_mask, fill, write, .. } = self;
         // A hard edge without a tone change is the same as no blending.
         let blending = blending.as_ref().filter(|blending| blending.needs_labels());
-        let blending =
-            blending.map(|blending| {
-                let Blending {
-                    feather,
-                    membrane,
-                    match_skin,
-                    tone,
-                    skin,
-                    labels,
-                    keep_all,
-                    gutter_px,
-                } = blending;
-                let files = (skin.is_some(), labels.is_some());
-                (*feather, *membrane, *match_skin, *tone, files, *keep_all, *gutter_px)
-            });
+        let blending = blending.map(|Blending { feather, options, skin, labels }| {
+            (*feather, *options, skin.is_some(), labels.is_some())
+        });
         let region = (region.grow, region.unit);
         // With a blend, material maps end at the boundary of the mask.
         let ends_at_mask = self.blending.is_some() && matches!(self.inputs, Inputs::Material(_));

@@ -2,8 +2,8 @@
 //! of a single value.
 
 use uvgraft::{Direction, Size, Texture};
-use uvgraft_io::image::{self, Format, Header};
-use uvgraft_io::input::Input;
+use uvgraft_files::input::Input;
+use uvgraft_image::{self as image, Format, Header};
 
 use crate::failure::{Failure, Result};
 use crate::transfer::Transfer;

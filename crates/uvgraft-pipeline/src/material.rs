@@ -1,7 +1,7 @@
 //! Material maps: their roles, and how each role is processed.
 
 use uvgraft::{Content, Depth, Encoding, Filter, NormalOptions, TexelFormat};
-use uvgraft_io::image::{DeclaredSpace, Format};
+use uvgraft_image::{DeclaredSpace, Format};
 
 use crate::failure::{Failure, Result};
 
@@ -129,7 +129,7 @@ impl Values {
 
     /// The bit depth used for processing a texture that is written in the given format.
     pub(crate) fn depth(self, found: Depth, format: Option<Format>) -> Depth {
-        let holds_floats = matches!(format, Some(Format::Exr | Format::Tiff));
+        let holds_floats = format.is_some_and(|format| format.codec().holds(Depth::F32));
         if self == Self::Displacement && holds_floats { Depth::F32 } else { found }
     }
 }

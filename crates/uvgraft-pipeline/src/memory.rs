@@ -8,8 +8,8 @@ use std::path::Path;
 use std::sync::{Condvar, Mutex, PoisonError};
 
 use uvgraft::{Averaging, Depth, Encoding, Size, TexelFormat, threads};
-use uvgraft_io::image::{self, Format, Header};
-use uvgraft_io::input::Input;
+use uvgraft_files::input::Input;
+use uvgraft_image::{self as image, Format, Header};
 
 use crate::base::{Base, BaseOrder, bytes_of};
 use crate::base_source::BaseSource;
@@ -156,7 +156,7 @@ fn base_bytes(order: &BaseOrder<'_>, header: Header, keeps: bool) -> u64 {
     };
     if is_resized {
         decoded + bytes_of(target, resized) + bytes_of(header.size, resized) / 2
-    } else if keeps || header.format != Format::Png {
+    } else if keeps || header.format.codec().is_decoded_whole() {
         decoded
     } else {
         BANDS
@@ -168,8 +168,8 @@ fn base_bytes(order: &BaseOrder<'_>, header: Header, keeps: bool) -> u64 {
 /// - `image`: where it comes from. One that is in memory already is counted as it is.
 pub fn decoded_bytes(image: Option<&Input>, header: &Header) -> u64 {
     let file = image.and_then(Input::path).and_then(|path| path.metadata().ok());
-    // Read as a whole, and copied in part by decoders, but for PNGs.
-    let copies = if header.format == Format::Png { 0 } else { 2 };
+    // Read as a whole, and copied in part by decoders, but for those of rows.
+    let copies = if header.format.codec().is_decoded_whole() { 2 } else { 0 };
     copies * file.map_or(0, |found| found.len()) + header.decoding_bytes
 }
 
@@ -193,7 +193,8 @@ pub(crate) fn needed(job: &Job, target: Size, base: Option<Depth>, options: &Opt
     // The solver keeps at most five float textures on either side.
     let fit = if options.fit.is_some() { (texels + target) * 4 * 4 * 5 } else { 0 };
     // Collected before encoding, and as what the encoder makes of it.
-    let is_collected = Format::from_path(output) == Some(Format::WebP);
+    let is_collected =
+        Format::from_path(output).is_some_and(|format| format.codec().is_encoded_whole());
     let collected = if is_collected { 2 * target * 4 * value } else { 0 };
     BANDS + source + fit + collected
 }

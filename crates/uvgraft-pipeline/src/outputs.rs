@@ -5,7 +5,7 @@ use std::fs::OpenOptions;
 use std::io::ErrorKind;
 use std::path::{Path, PathBuf};
 
-use uvgraft_io::output;
+use uvgraft_files::output;
 
 use crate::failure::{Failure, Result};
 

@@ -3,8 +3,8 @@
 use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
 
-use uvgraft_io::image::Format;
-use uvgraft_io::input::Input;
+use uvgraft_files::input::Input;
+use uvgraft_image::Format;
 
 use crate::base_source::BaseSource;
 use crate::failure::{Blame, Failure, Result};

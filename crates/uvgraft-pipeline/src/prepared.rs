@@ -5,8 +5,8 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use uvgraft::{Size, threads};
-use uvgraft_io::image::Format;
-use uvgraft_io::input::Input;
+use uvgraft_files::input::Input;
+use uvgraft_image::Format;
 
 use crate::base::Base;
 use crate::base_source::BaseSource;
@@ -169,7 +169,7 @@ impl PreparedTransfer {
     /// Transfers an encoded image, and returns an encoded image: the bytes of the file that
     /// [`PreparedTransfer::carry_file`] writes.
     ///
-    /// - `bytes`: an image in any format; see [`uvgraft_io::image::decode`].
+    /// - `bytes`: an image in any format; see [`uvgraft_image::decode`].
     /// - `name`: stands for the file in messages, as in `row 17: truncated PNG`.
     /// - `format`: that of the result.
     ///

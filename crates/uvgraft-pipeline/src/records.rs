@@ -51,7 +51,7 @@ impl Records {
 mod tests {
     use std::fs;
 
-    use uvgraft_io::input::Input;
+    use uvgraft_files::input::Input;
 
     use super::*;
 

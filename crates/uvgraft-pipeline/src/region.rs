@@ -5,8 +5,8 @@ use std::path::Path;
 use uvgraft::Choice;
 use uvgraft::blend::{BlendDomain, Growth, Selection, Side};
 use uvgraft::listing::listed;
-use uvgraft_io::image::{self, DeclaredSpace, Format};
-use uvgraft_io::input::Input;
+use uvgraft_files::input::Input;
+use uvgraft_image::{self as image, DeclaredSpace, Format};
 use uvgraft_io::{vertex_groups, vertex_list};
 
 use crate::failure::{Blame, Failure, Result};

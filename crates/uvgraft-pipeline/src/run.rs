@@ -5,8 +5,8 @@ use std::path::Path;
 use std::sync::Arc;
 
 use uvgraft::{Blend, BlendDomain, Filter, Overlap, Size, Tone, threads};
-use uvgraft_io::image::{self, Format, Image};
-use uvgraft_io::input::Input;
+use uvgraft_files::input::Input;
+use uvgraft_image::{self as image, Format, Image};
 
 use crate::base::{Base, BaseOrder};
 use crate::base_source::BaseSource;
@@ -259,10 +259,11 @@ impl Transfer {
             Some(folder) => outputs::check_new_folder(folder)?,
         }
         if let Some(mask) = &self.mask {
-            if format_of(mask)? == Format::Jpeg {
+            let format = format_of(mask)?;
+            if format.codec().is_lossy {
                 let mask = mask.display();
                 return Err(Failure::option(format!(
-                    "`mask` must not be a JPEG file, got {mask}; use .png"
+                    "`mask` must not be a {format} file, got {mask}; use .png"
                 )));
             }
             outputs.check(mask)?;
@@ -320,7 +321,8 @@ impl Transfer {
     /// base is needed too, both are detected together later.
     fn labelled_texture<'a>(&self, plan: &'a Plan) -> Option<&'a Input> {
         let asks = |blending: &Blending| {
-            blending.needs_colors() && blending.tone == Tone::Base && blending.labels.is_none()
+            let in_base_tone = blending.options.tone == Tone::Base;
+            blending.needs_colors() && in_base_tone && blending.labels.is_none()
         };
         let ([batch], [job]) = (&plan.batches[..], &plan.batches.first()?.jobs[..]) else {
             return None;

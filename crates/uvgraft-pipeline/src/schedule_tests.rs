@@ -9,7 +9,7 @@ use std::sync::mpsc::channel;
 use std::time::Duration;
 
 use uvgraft::{Channels, Depth, Encoding, Mesh, Pair, Size, Texels, Texture};
-use uvgraft_io::image::{self, WriteOptions};
+use uvgraft_image::{self as image, WriteOptions};
 use uvgraft_io::pair_file::{self, PairFile};
 
 use crate::spawn::disturbance;

@@ -7,7 +7,7 @@ use std::sync::mpsc::{Receiver, Sender, channel, sync_channel};
 use std::thread;
 
 use uvgraft::{Overlay, TexelFormat, Texture, threads};
-use uvgraft_io::image::{Segment, Segments, WriteError};
+use uvgraft_image::{Segment, Segments, WriteError};
 
 use crate::base::Base;
 use crate::failure::{Blame, Failure, Result};

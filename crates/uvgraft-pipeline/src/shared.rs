@@ -7,7 +7,7 @@ use uvgraft::{
     Averaging, Blend, Direction, Filter, FitOptions, Graft, MapOptions, NormalOptions, Overlap,
     Size, Sizes, Texture,
 };
-use uvgraft_io::image::WriteOptions;
+use uvgraft_image::WriteOptions;
 
 use crate::base::Base;
 use crate::blending::KnownTexels;

@@ -3,8 +3,8 @@
 use std::path::Path;
 
 use uvgraft::Texture;
-use uvgraft_io::image::{BandDecoder, BandReader, DeclaredSpace, TextureSpec};
-use uvgraft_io::input::Input;
+use uvgraft_files::input::Input;
+use uvgraft_image::{BandDecoder, BandReader, DeclaredSpace, TextureSpec};
 
 use crate::failure::{Blame, Failure, Result};
 

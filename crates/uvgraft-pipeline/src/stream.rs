@@ -5,7 +5,7 @@ use std::thread;
 
 use uvgraft::layout_match::LayoutProbe;
 use uvgraft::{Overlay, Texture};
-use uvgraft_io::image::WriteError;
+use uvgraft_image::WriteError;
 
 use crate::base::Bands;
 use crate::failure::{Blame, Failure, Result};

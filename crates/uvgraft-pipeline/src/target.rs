@@ -4,7 +4,7 @@ use std::io::Cursor;
 use std::path::Path;
 
 use uvgraft::Texture;
-use uvgraft_io::image::{
+use uvgraft_image::{
     BandEncoder, BandWriter, EncodeError, Format, Segment, Segments, TextureSpec, WriteError,
     WriteOptions, Written,
 };

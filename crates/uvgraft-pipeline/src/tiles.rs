@@ -13,8 +13,8 @@ use std::path::{Path, PathBuf};
 
 use uvgraft::listing::listed;
 use uvgraft::{Tile, TileAtlas};
-use uvgraft_io::input::Input;
-use uvgraft_io::output::{AtomicFile, TemporaryFolder};
+use uvgraft_files::input::Input;
+use uvgraft_files::output::{AtomicFile, TemporaryFolder};
 use uvgraft_io::pair_file::{self, PairFile};
 
 use crate::base_source::BaseSource;

@@ -6,8 +6,8 @@ use std::sync::Arc;
 use uvgraft::{
     Averaging, Blend, Direction, Filter, FitOptions, MapOptions, NormalOptions, Overlap, Size,
 };
-use uvgraft_io::image::WriteOptions;
-use uvgraft_io::input::Input;
+use uvgraft_files::input::Input;
+use uvgraft_image::WriteOptions;
 use uvgraft_io::pair_file::PairFile;
 
 use crate::base_source::BaseSource;

@@ -5,7 +5,7 @@ use std::sync::atomic::{AtomicU64, Ordering};
 use std::sync::{Arc, Mutex, OnceLock, PoisonError};
 
 use uvgraft::{BaseConversion, TexelFormat};
-use uvgraft_io::image::{Segment, Segments};
+use uvgraft_image::{Segment, Segments};
 
 use crate::base::Base;
 
@@ -71,7 +71,7 @@ impl Unchanged {
 #[cfg(test)]
 mod tests {
     use uvgraft::{Channels, Depth, Encoding, Size, Texture};
-    use uvgraft_io::image::{Format, TextureSpec, WriteOptions};
+    use uvgraft_image::{Format, TextureSpec, WriteOptions};
 
     use super::*;
 
@@ -81,7 +81,7 @@ mod tests {
         let filled = Texture::filled(size, Channels::Grey, Encoding::Srgb, Depth::U8, &[0.5]);
         let rows = filled.unwrap();
         let spec = TextureSpec::from(&rows);
-        let segments = Segments::new(Format::Png, spec, &WriteOptions::default()).unwrap();
+        let segments = Segments::new(Format::PNG, spec, &WriteOptions::default()).unwrap();
         let segment = || segments.encode(0, &rows).unwrap();
         let room = segment().bytes() as u64;
         let unchanged = Unchanged::new(2 * room + 1);

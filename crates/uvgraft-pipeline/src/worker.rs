@@ -3,7 +3,7 @@
 use std::panic::{AssertUnwindSafe, catch_unwind};
 
 use uvgraft::Texture;
-use uvgraft_io::input::Input;
+use uvgraft_files::input::Input;
 
 use crate::carry::{Analysis, Call, Outcome};
 use crate::failure::{Failure, Result};

@@ -10,7 +10,7 @@ use uvgraft::{
     Averaging, Channels, Depth, Encoding, FitOptions, Mesh, Overlap, Pair, Size, Texels, Texture,
 };
 use uvgraft_figure::{Figure, paint_body_in_tone, paint_head};
-use uvgraft_io::image::{self, Format, WriteOptions};
+use uvgraft_image::{self as image, Format, WriteOptions};
 use uvgraft_io::pair_file::{self, PairFile};
 use uvgraft_pipeline::{BaseSource, Blending, Event, Inputs, Length, Observer, Transfer, Values};
 
@@ -271,9 +271,9 @@ fn with_tone() {
     for tone in [uvgraft::Tone::Base, uvgraft::Tone::Source, uvgraft::Tone::Both] {
         let mut transfer = desk.onto(BaseSource::image(desk.path("base.png")), "png");
         let mut blending = Blending::default();
-        blending.membrane = true;
-        blending.match_skin = true;
-        blending.tone = tone;
+        blending.options.membrane = true;
+        blending.options.match_skin = true;
+        blending.options.tone = tone;
         blending.feather = Length::millimeters(15.0);
         transfer.blending = Some(blending);
         desk.compare(&format!("{tone:?}"), &transfer, &["a.png", "b.png", "c.png"]);

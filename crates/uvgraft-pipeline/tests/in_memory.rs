@@ -9,7 +9,7 @@ use uvgraft::{
     Channels, Direction, Encoding, MapOptions, Pair, SamplingMap, Size, Texels, Texture, Tone,
 };
 use uvgraft_figure::{Figure, paint_body_in_tone, paint_head};
-use uvgraft_io::image::{self, Format, WriteOptions};
+use uvgraft_image::{self as image, Format, WriteOptions};
 use uvgraft_io::pair_file::{self, PairFile};
 use uvgraft_io::sampling_map;
 use uvgraft_pipeline::{
@@ -108,8 +108,8 @@ fn transfer(input: &dyn Fn(&str) -> Input, output: &Path) -> Transfer {
     transfer.region = region;
     let mut blending = Blending::default();
     blending.feather = Length::millimeters(15.0);
-    blending.membrane = true;
-    blending.tone = Tone::Both;
+    blending.options.membrane = true;
+    blending.options.tone = Tone::Both;
     blending.skin = Some(input("skin.png"));
     blending.labels = Some(input("labels.png"));
     transfer.blending = Some(blending);
@@ -136,7 +136,7 @@ fn results_are_those_of_files() {
     let prepared = by_bytes.prepare(&()).unwrap();
     assert_eq!(prepared.fingerprint(), fingerprint);
     let bytes = face.read(u64::MAX).unwrap();
-    assert!(prepared.carry_bytes(&bytes, "face.png", Format::Png).unwrap().0 == wanted);
+    assert!(prepared.carry_bytes(&bytes, "face.png", Format::PNG).unwrap().0 == wanted);
 
     // A file and the same bytes are the same input.
     by_bytes.output = desk.path("paths.png");

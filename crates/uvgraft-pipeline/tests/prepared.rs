@@ -7,7 +7,7 @@ use std::path::{Path, PathBuf};
 use rayon::prelude::*;
 use uvgraft::{Depth, Encoding, FitOptions, Pair, Size, Texture};
 use uvgraft_figure::{Figure, paint_body_in_tone, paint_head};
-use uvgraft_io::image::{self, Format, WriteOptions};
+use uvgraft_image::{self as image, Format, WriteOptions};
 use uvgraft_io::pair_file::{self, PairFile};
 use uvgraft_pipeline::{
     BaseSource, Blending, Existing, Fault, Inputs, Length, Manifest, MaterialMap, PreparedTransfer,
@@ -70,8 +70,8 @@ impl Desk {
 
 fn membrane(transfer: &mut Transfer) {
     let mut blending = Blending::default();
-    blending.membrane = true;
-    blending.match_skin = true;
+    blending.options.membrane = true;
+    blending.options.match_skin = true;
     blending.feather = Length::millimeters(15.0);
     transfer.blending = Some(blending);
 }
@@ -140,11 +140,11 @@ fn threads_share_it() {
             let name = ["a.png", "b.png", "c.png"][index % 3];
             let wanted = desk.bytes(&format!("out/{name}"));
             if index % 8 == 5 {
-                let failure = prepared.carry_bytes(b"no image", name, Format::Png).unwrap_err();
+                let failure = prepared.carry_bytes(b"no image", name, Format::PNG).unwrap_err();
                 assert_eq!(failure.fault(), Fault::Input);
                 return;
             }
-            let (bytes, _) = prepared.carry_bytes(&desk.bytes(name), name, Format::Png).unwrap();
+            let (bytes, _) = prepared.carry_bytes(&desk.bytes(name), name, Format::PNG).unwrap();
             assert!(bytes == wanted, "{name}");
         });
     });
@@ -159,7 +159,7 @@ fn failures_name_the_texture() {
     let middle = damaged.len() / 2;
     damaged[middle] ^= 0xff;
     for bytes in [b"no image at all", &b""[..], cut, &damaged] {
-        let failure = prepared.carry_bytes(bytes, "row 17", Format::Png).unwrap_err();
+        let failure = prepared.carry_bytes(bytes, "row 17", Format::PNG).unwrap_err();
         assert_eq!(failure.fault(), Fault::Input, "{failure}");
         assert!(failure.to_string().starts_with("row 17: "), "{failure}");
     }
@@ -168,7 +168,7 @@ fn failures_name_the_texture() {
         *onto = None;
         transfer.size = Some(Size::square(64));
     });
-    let failure = clear.carry_bytes(&face, "row 17", Format::Jpeg).unwrap_err();
+    let failure = clear.carry_bytes(&face, "row 17", Format::JPEG).unwrap_err();
     let wanted = "cannot write row 17: the result has an alpha channel";
     assert!(failure.to_string().starts_with(wanted), "{failure}");
 

@@ -8,7 +8,7 @@ use std::sync::Mutex;
 use std::sync::atomic::{AtomicUsize, Ordering};
 
 use uvgraft::{Channels, Depth, Encoding, FitOptions, Mesh, Pair, Size, Texels, Texture};
-use uvgraft_io::image::{self, Image, WriteOptions};
+use uvgraft_image::{self as image, Image, WriteOptions};
 use uvgraft_io::pair_file::{self, PairFile};
 use uvgraft_pipeline::{
     BaseSource, Blending, Correspondence, Event, Existing, Fault, Inputs, MaterialMap, Observer,
@@ -254,7 +254,7 @@ fn fits_and_materials() {
         Transfer::new(desk.path("my.uvpair"), Inputs::Material(maps), desk.path("material"));
     transfer.size = Some(Size::square(24));
     let mut blending = Blending::default();
-    blending.membrane = true;
+    blending.options.membrane = true;
     transfer.blending = Some(blending);
     let done = transfer.run(&()).unwrap();
     assert_eq!((done.written, done.blend.is_some()), (2, true));

@@ -12,8 +12,8 @@ use std::path::Path;
 use std::time::Instant;
 
 use uvgraft::{Channels, Encoding, Texels, Texture};
-use uvgraft_io::face_networks::import::{self, Imported};
-use uvgraft_io::image::{self, Image, WriteOptions};
+use uvgraft_image::{self as image, Image, WriteOptions};
+use uvgraft_selfie::face_networks::import::{self, Imported};
 use uvgraft_selfie::landmarks::{FaceChoice, FaceNetworks, refusal, regions};
 
 type AnyError = Box<dyn std::error::Error>;

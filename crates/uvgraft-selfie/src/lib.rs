@@ -1,6 +1,6 @@
 //! From photographs of a face to the texture and the shape of a head.
 //!
-//! [`network`] runs small neural networks, and [`landmarks`] finds faces and their 468 landmarks
+//! [`network`] runs small neural networks, which [`tflite`] reads from files of [`face_networks`], and [`landmarks`] finds faces and their 468 landmarks
 //! with two of them. [`Head`] knows where these landmarks are on a mesh, [`Fit`] finds cameras and
 //! shape from them.
 
@@ -14,6 +14,7 @@ mod components;
 pub mod depth_map;
 mod drawing;
 mod expression;
+pub mod face_networks;
 mod fit;
 mod fusion;
 mod head;
@@ -33,6 +34,7 @@ mod projection;
 mod raster;
 mod segmentation;
 mod texture;
+pub mod tflite;
 mod tracked;
 
 pub use self::camera::Camera;

@@ -10,9 +10,9 @@ use uvgraft::{
     Channels, Depth, Direction, Encoding, Filter, Graft, MapOptions, NormalFrames, NormalOptions,
     Pair, SamplingMap, Size, Sizes, Texels, TexelsMut, Texture, resample,
 };
-use uvgraft_io::image::{self, Format, Image, WriteOptions};
-use uvgraft_io::lpips_weights::sdist;
+use uvgraft_image::{self as image, Format, Image, WriteOptions};
 use uvgraft_metrics::lpips::Lpips;
+use uvgraft_metrics::lpips_weights::sdist;
 use uvgraft_metrics::{self as metrics, Colors, Mask, MetricError};
 use uvgraft_tests::{downloads, real, synthetic};
 
@@ -264,7 +264,7 @@ fn files(criterion: &mut Criterion) {
     let mut group = criterion.benchmark_group("file");
     for size in [SOURCE, TARGET] {
         let image = Image::from(synthetic::detailed(size, 1));
-        for format in Format::ALL {
+        for &format in Format::ALL {
             let encode = || {
                 let mut out = Cursor::new(Vec::new());
                 let options = WriteOptions::default();

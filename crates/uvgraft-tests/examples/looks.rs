@@ -13,7 +13,7 @@ use std::process::ExitCode;
 use std::sync::Arc;
 
 use uvgraft::{Channels, Encoding, Mesh, MeshPart, Size, Texels, Texture, Tone};
-use uvgraft_io::image::{self, Image, WriteOptions};
+use uvgraft_image::{self as image, Image, WriteOptions};
 use uvgraft_render::{Shading, View, render};
 use uvgraft_tests::looks::measure::{self, Bench, Figures};
 use uvgraft_tests::looks::subjects::{BODY, Outcome, subjects, transfer};

@@ -5,7 +5,7 @@ use std::path::Path;
 use std::process::ExitCode;
 
 use uvgraft::Size;
-use uvgraft_io::image::{self, Image, WriteOptions};
+use uvgraft_image::{self as image, Image, WriteOptions};
 use uvgraft_tests::photographs::mosaic;
 
 #[expect(clippy::print_stderr, reason = "the only output there is")]

@@ -11,7 +11,7 @@ use std::process::ExitCode;
 
 use uvgraft::{Averaging, Filter, Mesh, Size};
 use uvgraft_figure::Figure;
-use uvgraft_io::image::{self, Image, WriteOptions};
+use uvgraft_image::{self as image, Image, WriteOptions};
 use uvgraft_io::obj;
 use uvgraft_tests::remeshed::Remeshed;
 use uvgraft_tests::synthetic::posed;

@@ -33,7 +33,7 @@ use std::process::ExitCode;
 use std::time::Instant;
 
 use uvgraft::{Averaging, Channels, Depth, Encoding, Filter, Size, Texels, Texture};
-use uvgraft_io::image::{self, Image, WriteOptions};
+use uvgraft_image::{self as image, Image, WriteOptions};
 use uvgraft_io::obj;
 use uvgraft_selfie::landmarks::FaceNetworks;
 use uvgraft_selfie::{Head, PhotoLandmarks, Relight, TextureOptions};

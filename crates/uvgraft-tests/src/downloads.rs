@@ -31,7 +31,7 @@ pub fn iris_wheel() -> Option<PathBuf> {
 /// If the file is not a valid image.
 pub fn photograph(name: &str) -> Option<Texture> {
     let path = file(&format!("photographs/{name}.png"))?;
-    Some(uvgraft_io::image::read(&path).expect("a sound photograph").texture)
+    Some(uvgraft_image::read(&path).expect("a sound photograph").texture)
 }
 
 /// A fetched file, by its path within the data folder.

@@ -9,7 +9,7 @@ use uvgraft::{
     Anatomy, Area, Channels, Direction, Encoding, Graft, Pair, Size, Sizes, Texels, Texture,
 };
 use uvgraft_figure::{Figure, paint_body, paint_head};
-use uvgraft_io::image;
+use uvgraft_image as image;
 use uvgraft_tests::looks::{BodyFrame, BodyLook, Label, LayoutSpots, Painted};
 use uvgraft_tests::real;
 

@@ -38,7 +38,7 @@ fn pixel([x, y, z]: [f32; 3]) -> [u32; 2] {
 
 /// Asserts the colours of the boxes' fronts in an unlit picture.
 fn check_colors(picture: &Path, fronts: &[[f32; 3]], color: impl Fn(usize) -> [u8; 3]) {
-    let picture = uvgraft_io::image::read(picture).unwrap().texture;
+    let picture = uvgraft_image::read(picture).unwrap().texture;
     assert_eq!([picture.size().width, picture.size().height], SIZE);
     let Texels::U8(values) = picture.texels() else { panic!("8 bits") };
     for (number, &front) in fronts.iter().enumerate() {
@@ -287,7 +287,7 @@ fn the_viewers_controls_work() {
 
     // On white, the whole figure has the dropped picture's blue: only the two colours and, along
     // edges, their mixtures appear.
-    let picture = uvgraft_io::image::read(&saved).unwrap().texture;
+    let picture = uvgraft_image::read(&saved).unwrap().texture;
     assert_eq!([picture.size().width, picture.size().height], [1024; 2]);
     let Texels::U8(values) = picture.texels() else { panic!("8 bits") };
     let channels = picture.channels().count();

@@ -58,7 +58,7 @@ fn likeness(scene: &Scene, shot: &Shot, picture: &Path) -> (f64, f64) {
     };
     let drawn = scene.pose(&shot.posing).unwrap();
     let ours = Renderer::for_scene(scene).render(&drawn, &shot.camera, &options, SIZE);
-    let theirs = uvgraft_io::image::read(picture).unwrap().texture;
+    let theirs = uvgraft_image::read(picture).unwrap().texture;
     let theirs = theirs.converted(Channels::Rgb, Depth::U8);
     // Edges are blended with the background; more than half of such a pixel must be the figure's.
     let silhouette = |texture: &Texture| -> Vec<bool> {

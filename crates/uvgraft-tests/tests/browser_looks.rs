@@ -37,7 +37,7 @@ fn shoot(browser: &Browser, bytes: &[u8], name: &str) -> (Value, Texture) {
         "output": picture, "width": 200, "height": 200, "camera": camera, "background": "#ff00ff"
     });
     let found = browser.shoot(&file, &json!([shot]));
-    (found, uvgraft_io::image::read(&picture).unwrap().texture)
+    (found, uvgraft_image::read(&picture).unwrap().texture)
 }
 
 #[test]

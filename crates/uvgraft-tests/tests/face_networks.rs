@@ -8,11 +8,11 @@ use std::sync::LazyLock;
 
 use serde::Deserialize;
 use uvgraft::{Channels, Encoding, Size, Texels, Texture};
-use uvgraft_io::face_networks::import::{self, Imported};
-use uvgraft_io::face_networks::{self, FaceModels};
-use uvgraft_io::tflite::Model;
+use uvgraft_selfie::face_networks::import::{self, Imported};
+use uvgraft_selfie::face_networks::{self, FaceModels};
 use uvgraft_selfie::landmarks::{FaceChoice, FaceError, FaceNetworks, FoundFace, regions};
 use uvgraft_selfie::network::Network;
+use uvgraft_selfie::tflite::Model;
 use uvgraft_tests::downloads;
 
 /// Both sum in single precision in different orders; the fixtures are rounded to 1e-4. In pixels, or in

@@ -1,5 +1,5 @@
-//! Imports point one way: ARCHITECTURE.md gives the order, of the core's modules and of the crates, and
-//! the sources keep to it.
+//! Imports point one way: ARCHITECTURE.md gives the order, of the modules of the core's two crates and of
+//! all crates, and the sources keep to it.
 
 #![allow(clippy::unwrap_used, reason = "a failed unwrap is a failed test")]
 
@@ -76,31 +76,44 @@ fn against(order: &[String], graph: &Graph) -> Vec<String> {
     wrong
 }
 
-/// The core's modules in the order of ARCHITECTURE.md: lines of a group's name and its modules.
-fn order_of_modules() -> Vec<String> {
-    let text = section("The core");
+/// The modules of a crate in the order of a section of ARCHITECTURE.md: lines of a group's name and its
+/// modules.
+fn order_of_modules(heading: &str) -> Vec<String> {
+    let text = section(heading);
     let lines = text.lines().filter_map(|line| line.strip_prefix("    "));
     let modules =
         lines.flat_map(|line| line.split_once("  ").expect("a group's name").1.split(','));
     modules.map(|name| name.trim().to_owned()).collect()
 }
 
-#[test]
-fn modules_of_the_core_keep_to_the_order() {
-    let folder = root().join("crates/uvgraft/src");
+/// The imports among the modules of a crate of the core, and among the children of each; there are no
+/// circles.
+fn imports_in(name: &str) -> BTreeMap<Vec<String>, Graph> {
+    let folder = root().join("crates").join(name).join("src");
     let mut modules = Modules::default();
     modules.read(&Vec::new(), &folder.join("lib.rs"), &folder);
     let graphs = modules.graphs();
     for (parent, graph) in &graphs {
         assert_eq!(circle(graph), None, "among the modules of {parent:?}: {graph:#?}");
     }
+    graphs
+}
+
+#[test]
+fn modules_of_the_core_keep_to_the_order() {
+    let graphs = imports_in("uvgraft-surface");
+    let graph = &graphs[&Vec::new()];
+    assert!(graph["correspond"].contains_key("pair"), "{graph:?}");
+    assert_eq!(against(&order_of_modules("Surfaces"), graph), [""; 0]);
+
+    let graphs = imports_in("uvgraft");
     let graph = &graphs[&Vec::new()];
     assert!(
         graph["graft"].contains_key("blend") && graph["blend"].contains_key("map"),
         "{graph:?}"
     );
     assert!(graphs[&vec!["resample".to_owned()]]["fast"].contains_key("stretch"), "{graphs:?}");
-    assert_eq!(against(&order_of_modules(), graph), [""; 0]);
+    assert_eq!(against(&order_of_modules("The core"), graph), [""; 0]);
 }
 
 /// The crates and their dependencies, and their dev-dependencies.

@@ -6,9 +6,9 @@ use std::collections::BTreeMap;
 use std::sync::LazyLock;
 
 use uvgraft::{Channels, Encoding, Size, Texels, Texture};
-use uvgraft_io::lpips_weights::{self, sdist};
 use uvgraft_metrics::Colors;
 use uvgraft_metrics::lpips::{ConvolutionWeights, Lpips, LpipsNetwork, LpipsWeights};
+use uvgraft_metrics::lpips_weights::{self, sdist};
 use uvgraft_tests::fixtures::{self, Case};
 use uvgraft_tests::{downloads, pictures, synthetic};
 

@@ -11,6 +11,7 @@ mod browser_looks;
 mod clients;
 mod defects;
 mod dressed;
+mod examples;
 mod expressions;
 mod eyes_and_mouth;
 mod face_networks;

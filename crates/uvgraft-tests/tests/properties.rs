@@ -10,8 +10,8 @@ use uvgraft::{
     Channels, Depth, Direction, Encoding, Filter, Graft, MapOptions, Mesh, Pair, SamplingMap, Size,
     Sizes, Texels, Texture,
 };
+use uvgraft_image::{Format, Image, WriteOptions, decode, encode};
 use uvgraft_io::arrays::{self, NamedArrays, NumericArray};
-use uvgraft_io::image::{Format, Image, WriteOptions, decode, encode};
 use uvgraft_io::pair_file::{self, PairFile};
 use uvgraft_io::{obj, sampling_map, vertex_map};
 
@@ -305,9 +305,9 @@ proptest! {
         let texture = texture(size, channels, depth, seed);
         let formats: &[Format] = match depth {
             // EXR multiplies colours by opacity, which rounds.
-            Depth::F32 if channels.has_alpha() => &[Format::Tiff],
-            Depth::F32 => &[Format::Tiff, Format::Exr],
-            _ => &[Format::Png, Format::Tiff],
+            Depth::F32 if channels.has_alpha() => &[Format::TIFF],
+            Depth::F32 => &[Format::TIFF, Format::EXR],
+            _ => &[Format::PNG, Format::TIFF],
         };
         for &format in formats {
             let mut file = Cursor::new(Vec::new());

@@ -8,9 +8,9 @@ use uvgraft::{
     Channels, Depth, Direction, Encoding, Filter, FitOptions, Graft, MapOptions, Pair, SamplingMap,
     Size, Sizes, Texels, Texture,
 };
-use uvgraft_io::lpips_weights::sdist;
 use uvgraft_metrics::baseline::grid;
 use uvgraft_metrics::lpips::Lpips;
+use uvgraft_metrics::lpips_weights::sdist;
 use uvgraft_metrics::{self as metrics, Colors};
 use uvgraft_tests::{downloads, photographs, real, synthetic};
 

@@ -279,7 +279,7 @@ fn skin_takes_anothers_colors() {
 #[test]
 fn skin_of_a_photograph_is_separated_from_hair_and_shirt() {
     let Some(folder) = real::folder() else { return };
-    let image = uvgraft_io::image::read(folder.join("flame_face_texture.png")).unwrap();
+    let image = uvgraft_image::read(folder.join("flame_face_texture.png")).unwrap();
     let size = image.texture.size();
     assert_eq!(size, Size::square(512));
     let texels = colors(&image.texture);

@@ -83,7 +83,7 @@ fn seen(domain: &BlendDomain, face: &Texture, body: &Texture, options: BlendOpti
 fn the_boundary_is_invisible() {
     let Some(pair) = real::flame_to_smplx() else { return };
     let folder = real::folder().unwrap();
-    let face = uvgraft_io::image::read(folder.join("flame_face_texture.png")).unwrap().texture;
+    let face = uvgraft_image::read(folder.join("flame_face_texture.png")).unwrap().texture;
     let domain = BlendDomain::new(Arc::clone(&pair), Direction::Forward);
     let plain = BlendOptions::default();
     let feather = plain.feather(0.01);

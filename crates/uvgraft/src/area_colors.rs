@@ -1,12 +1,13 @@
 //! Colours of a texture within anatomical areas of a head, and their typical values.
 
-use crate::anatomy::{Anatomy, Area};
+use uvgraft_surface::anatomy::{Anatomy, Area};
+use uvgraft_surface::mesh::Mesh;
+use uvgraft_surface::piece::{mixed, wide};
+use uvgraft_surface::threads::map_indices;
+
 use crate::color::{Encoding, lab};
-use crate::mesh::Mesh;
-use crate::piece::{mixed, wide};
 use crate::sampler::Sampler;
 use crate::texture::Texture;
-use crate::threads::map_indices;
 
 /// Red, green and blue, sRGB; 1.0 is full intensity.
 type Rgb = [f32; 3];

@@ -1,8 +1,9 @@
 //! Conversions between channels, depths and encodings of textures.
 
+use uvgraft_surface::threads::for_each_chunk;
+
 use crate::color::{Encoding, linear_from_srgb, srgb_from_linear};
 use crate::texture::{Channels, Depth, Texels, TexelsMut, Texture, Value};
-use crate::threads::for_each_chunk;
 
 /// Values converted per work item.
 const CHUNK: usize = 1 << 16;

@@ -2,10 +2,11 @@
 
 use std::borrow::Cow;
 
-use crate::bits;
+use uvgraft_surface::bits;
+use uvgraft_surface::threads::for_each_chunk;
+
 use crate::map::{TILE, Tiles};
 use crate::texture::{Texels, Texture, Value};
-use crate::threads::for_each_chunk;
 
 /// Values copied per work item.
 const CHUNK: usize = 1 << 20;

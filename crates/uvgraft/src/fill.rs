@@ -1,11 +1,12 @@
 //! Fills the unknown areas of a texture from a mean texture in the same layout: most face textures
 //! made from photographs have no data for the back of the head.
 
+use uvgraft_surface::threads::for_each_chunk;
+
 use crate::color::Encoding;
 use crate::filter::Filter;
 use crate::formats::Averaging;
 use crate::texture::{Channels, Depth, Size, Texels, TexelsMut, Texture, TextureError, Value};
-use crate::threads::for_each_chunk;
 
 /// Texels per parallel task.
 const CHUNK: usize = 1 << 14;

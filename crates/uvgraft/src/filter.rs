@@ -2,7 +2,7 @@
 
 use std::sync::LazyLock;
 
-use crate::choice::Choice;
+use uvgraft_surface::choice::Choice;
 
 /// Interpolation filter.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default)]
@@ -20,14 +20,14 @@ pub enum Filter {
     Lanczos3,
 }
 
-crate::choices!(Filter {
+uvgraft_surface::choices!(Filter {
     Nearest => "nearest", "Nearest texel, never blended; for label maps";
     Bilinear => "bilinear", "2 x 2 texels; never overshoots";
     CatmullRom => "catmull-rom", "4 x 4 texels; sharp, overshoots slightly at hard edges";
     Lanczos3 => "lanczos3", "6 x 6 texels; keeps the most detail, overshoots at hard edges";
 });
 #[cfg(feature = "serde")]
-crate::choice::serialize_by_name!(Filter);
+uvgraft_surface::serialize_by_name!(Filter);
 
 /// Maximum number of texels that a filter reads on one axis.
 pub const MAX_TAPS: usize = 6;

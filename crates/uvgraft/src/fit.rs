@@ -15,16 +15,17 @@
 use std::ops::Range;
 use std::sync::Arc;
 
+use uvgraft_surface::piece::FacePiece;
+use uvgraft_surface::raster::corners_px;
+use uvgraft_surface::threads::{for_each_chunk, map_indices};
+
 use crate::filter::Filter;
 use crate::formats::Formats;
 use crate::map::{Coverage, LayoutTriangles, MapOptions, Precedence, Region};
 use crate::operator::Operator;
-use crate::piece::FacePiece;
-use crate::raster::corners_px;
 use crate::resample::load;
 use crate::resampler::{MapInputs, Resampler};
 use crate::texture::{Depth, Texels, Texture};
-use crate::threads::{for_each_chunk, map_indices};
 
 /// Stopping criteria and regularisation of a fit.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -429,10 +430,11 @@ fn for_each_shared(a: &[Range<u32>], mut b: &[Range<u32>], mut visit: impl FnMut
 
 #[cfg(test)]
 mod tests {
+    use uvgraft_surface::mesh::Mesh;
+    use uvgraft_surface::pair::{Direction, Pair};
+    use uvgraft_surface::piece::Piece;
+
     use super::*;
-    use crate::mesh::Mesh;
-    use crate::pair::{Direction, Pair};
-    use crate::piece::Piece;
     use crate::texture::Size;
 
     /// Two overlapping islands, the second protruding a little: its edge must not enter the

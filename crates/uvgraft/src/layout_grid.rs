@@ -4,13 +4,14 @@
 //! colour step. In image space island boundaries would break that up, so texels at a UV seam are
 //! linked to those on its other side.
 
-use crate::edges::Edges;
-use crate::islands::Islands;
+use uvgraft_surface::edges::Edges;
+use uvgraft_surface::islands::Islands;
+use uvgraft_surface::mesh::Mesh;
+use uvgraft_surface::raster::corners_px;
+use uvgraft_surface::threads::{for_each, for_each_chunk};
+
 use crate::map::{MapOptions, SamplingMap};
-use crate::mesh::Mesh;
-use crate::raster::corners_px;
 use crate::texture::{Channels, Depth, Size, Texels, Texture, Value};
-use crate::threads::{for_each, for_each_chunk};
 
 /// No texel, or no triangle.
 pub(crate) const NONE: u32 = u32::MAX;

@@ -8,8 +8,9 @@
 //! and captured heads have light of their own on either side of the seam at the back. So what is found
 //! is a warning at most, and only where the picture contradicts its layout clearly.
 
-use crate::mesh::{Mesh, bits_of};
-use crate::raster::{ScanTriangle, corners_px};
+use uvgraft_surface::mesh::{Mesh, bits_of};
+use uvgraft_surface::raster::{ScanTriangle, corners_px};
+
 use crate::texture::{Size, Texture};
 
 /// Points of the silhouette along each side of the square.
@@ -123,7 +124,7 @@ fn seams(mesh: &Mesh) -> Vec<[SeamSide; 2]> {
     sides.collect()
 }
 
-/// The half-edges between UV indices that no other half-edge is between; as [`crate::edges::HalfEdge`].
+/// The half-edges between UV indices that no other half-edge is between; as [`uvgraft_surface::edges::HalfEdge`].
 fn uv_borders(mesh: &Mesh) -> Vec<u32> {
     let halves = || {
         let of_face = |&[a, b, c]: &[u32; 3]| [[a, b], [b, c], [c, a]];

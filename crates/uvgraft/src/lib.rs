@@ -20,100 +20,70 @@
 //! (default), rows are processed in parallel on the caller's rayon pool; results do not depend on
 //! the number of threads. See [`threads`].
 
-pub mod anatomy;
 pub mod area_colors;
-mod bits;
 pub mod blend;
-pub mod choice;
 pub mod color;
-pub mod connectivity;
 pub mod content;
 mod convert;
 mod copies;
-pub mod correspond;
-pub mod deform;
-mod directions;
-pub mod disjoint;
-pub mod easing;
-pub mod edges;
+pub mod dots;
 pub mod fill;
 pub mod filter;
 pub mod fit;
 pub mod formats;
 pub mod graft;
-pub mod islands;
-pub mod known;
 pub mod labels;
 mod layout_grid;
 pub mod layout_match;
-pub mod listing;
 pub mod map;
 pub mod matrix;
-pub mod mesh;
 pub mod mesh_report;
 mod non_finite;
 pub mod normals;
 pub mod operator;
 pub mod overlay;
 mod pad;
-pub mod pair;
-pub mod piece;
 pub mod plan;
-pub mod raster;
 pub mod report;
 pub mod resample;
 mod resampler;
 mod resize;
-mod rotation;
 mod sampler;
 mod simd;
 pub mod skin;
-pub mod source_layout;
-mod sparse;
-pub mod statistics;
-mod surface;
-pub mod surface_field;
-pub mod surface_index;
-pub mod tangents;
 pub mod texture;
-pub mod threads;
-pub mod tile;
 pub mod tile_atlas;
-mod triangle_tree;
 
-pub use anatomy::{Anatomy, AnatomyError, Area, HeadFrame, Landmark};
 pub use blend::{
     Blend, BlendDomain, BlendOptions, Selection, Tone, ToneCorrection, ToneError, ToneReport,
 };
-pub use choice::Choice;
 pub use color::Encoding;
-pub use connectivity::Fingerprint;
 pub use content::Content;
-pub use correspond::LinkError;
 pub use fill::{FillError, fill, with_confidence};
 pub use filter::Filter;
 pub use fit::{FitOptions, FitProgress, FitSummary};
 pub use formats::Averaging;
 pub use graft::{FittedTransfer, Graft, GraftBuilder, GraftError};
-pub use known::{Recognition, recognise};
 pub use labels::{Label, LabelError, Labels};
 pub use map::{MapOptions, PositionsError, Prefer, SamplingMap};
 pub use matrix::{MatrixRows, OperatorMatrix};
-pub use mesh::{Corner, Mesh, MeshError, MeshPart};
 pub use mesh_report::MeshReport;
 pub use normals::{NormalFrames, NormalOptions, NormalY};
 pub use operator::Operator;
 pub use overlay::{BandError, BaseConversion, Overlay};
-pub use pair::{Direction, Pair, PairError, Side};
-pub use piece::{Extent, Piece, PieceError, Weights};
 pub use plan::{Plan, PlanError};
 pub use report::PairReport;
 pub use resampler::Overlap;
 pub use simd::simd_level;
-pub use source_layout::SourceLayout;
-pub use tangents::{TangentFrame, TangentFrames};
 pub use texture::{
     Channels, Depth, Size, Sizes, TexelFormat, Texels, TexelsMut, Texture, TextureError, Value,
 };
-pub use tile::{Tile, TileError};
-pub use tile_atlas::{TileAtlas, TileAtlasError};
+pub use tile_atlas::StitchError;
+pub use uvgraft_surface::{
+    Anatomy, AnatomyError, Area, Choice, Corner, Direction, Extent, Fingerprint, HeadFrame,
+    Landmark, LinkError, Mesh, MeshError, MeshPart, Pair, PairError, Piece, PieceError,
+    Recognition, Side, SourceLayout, TangentFrame, TangentFrames, Tile, TileAtlas, TileAtlasError,
+    TileError, Weights, anatomy, choice, choices, connectivity, correspond, deform, disjoint,
+    easing, edges, islands, known, listing, mesh, pair, piece, raster, recognise, source_layout,
+    statistics, surface_field, surface_index, tangents, threads, tile,
+};

@@ -6,12 +6,13 @@
 
 use std::ops::Range;
 
+use uvgraft_surface::threads::map_indices_with;
+
 use crate::filter::{Filter, MAX_TAPS};
 use crate::operator::Operator;
 use crate::pad::Padding;
 use crate::resample::position::{containing, fraction, near_texture, split};
 use crate::texture::Size;
-use crate::threads::map_indices_with;
 
 /// The entries of `H`, made on demand; from [`Operator::matrix`].
 ///
@@ -189,11 +190,12 @@ impl PaddedTexels {
 
 #[cfg(test)]
 mod tests {
+    use uvgraft_surface::mesh::Mesh;
+    use uvgraft_surface::pair::Pair;
+    use uvgraft_surface::piece::Piece;
+
     use super::*;
     use crate::graft::Graft;
-    use crate::mesh::Mesh;
-    use crate::pair::Pair;
-    use crate::piece::Piece;
     use crate::texture::Sizes;
 
     /// Triangles scattered over both layouts, some minified.

@@ -1,13 +1,14 @@
 //! Statistics of one mesh and its layout: what one wants to know of a file before pairing it.
 
-use crate::anatomy::{Anatomy, Area, Landmark};
-use crate::disjoint::DisjointSets;
-use crate::islands::Islands;
-use crate::known::{Recognition, recognise};
+use uvgraft_surface::anatomy::{Anatomy, Area, Landmark};
+use uvgraft_surface::disjoint::DisjointSets;
+use uvgraft_surface::islands::Islands;
+use uvgraft_surface::known::{Recognition, recognise};
+use uvgraft_surface::mesh::{Mesh, TileFaces, doubled_area};
+use uvgraft_surface::piece::wide;
+use uvgraft_surface::surface::Surface;
+
 use crate::map::{MapOptions, SamplingMap};
-use crate::mesh::{Mesh, TileFaces, doubled_area};
-use crate::piece::wide;
-use crate::surface::Surface;
 use crate::texture::Size;
 
 /// Side of the texture that overlaps are counted in, in texels.
@@ -84,14 +85,14 @@ pub enum Unit {
     Millimetre,
 }
 
-crate::choices!(Unit {
+uvgraft_surface::choices!(Unit {
     Metre => "m", "Metres";
     Decimetre => "dm", "Decimetres";
     Centimetre => "cm", "Centimetres";
     Millimetre => "mm", "Millimetres";
 });
 #[cfg(feature = "serde")]
-crate::choice::serialize_by_name!(Unit);
+uvgraft_surface::serialize_by_name!(Unit);
 
 impl MeshReport {
     /// Computes the statistics of a mesh. Most of the time goes into looking for a head.

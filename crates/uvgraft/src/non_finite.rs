@@ -1,9 +1,10 @@
 //! NaNs and infinities in float textures. Filters must never see them: one such value spoils the
 //! result of every filter window that contains it.
 
+use uvgraft_surface::threads::map_indices;
+
 use crate::color::Encoding;
 use crate::texture::{Channels, Depth, Size, Texels, Texture};
-use crate::threads::map_indices;
 
 /// Texels per parallel task.
 const CHUNK: usize = 1 << 14;

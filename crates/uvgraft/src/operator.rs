@@ -89,12 +89,13 @@ impl Operator {
 
 #[cfg(test)]
 mod tests {
+    use uvgraft_surface::mesh::Mesh;
+    use uvgraft_surface::pair::{Direction, Pair};
+    use uvgraft_surface::piece::Piece;
+
     use super::*;
     use crate::filter::Filter;
     use crate::map::MapOptions;
-    use crate::mesh::Mesh;
-    use crate::pair::{Direction, Pair};
-    use crate::piece::Piece;
     use crate::resampler::{MapInputs, Overlap};
 
     fn operator(pair: &Pair, source: Size, target_size: Size, filter: Filter) -> Operator {

@@ -3,6 +3,8 @@
 use std::ops::Range;
 use std::sync::Arc;
 
+use uvgraft_surface::threads::for_each_chunk;
+
 use crate::blend::{BlendMap, Gains, Smooth, ToneCorrection, ToneError};
 #[cfg(doc)]
 use crate::color::Encoding;
@@ -12,7 +14,6 @@ use crate::normals::{NormalFrames, NormalOptions};
 use crate::resample::store;
 use crate::resampler::{Resampler, Source, TexelShape};
 use crate::texture::{Depth, Size, TexelFormat, Texels, TexelsMut, Texture, Value};
-use crate::threads::for_each_chunk;
 
 /// A texture ready to be laid over a base, from [`Graft::overlay`] or [`Graft::fit`].
 ///

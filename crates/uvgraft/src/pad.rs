@@ -6,10 +6,11 @@
 
 use std::ops::Range;
 
-use crate::bits;
+use uvgraft_surface::bits;
+use uvgraft_surface::threads::map_indices_with;
+
 use crate::map::{BLOCK_ROWS, Region, TILE, Tiles, tiles};
 use crate::texture::{Size, TexelsMut, Texture};
-use crate::threads::map_indices_with;
 
 /// For one layout and size: which texels outside the islands are padded, and from which texel
 /// inside.
@@ -300,10 +301,11 @@ impl TileRow {
 
 #[cfg(test)]
 mod tests {
+    use uvgraft_surface::mesh::Mesh;
+
     use super::*;
     use crate::color::Encoding;
     use crate::map::{Coverage, LayoutTriangles, Precedence, Prefer};
-    use crate::mesh::Mesh;
     use crate::texture::{Channels, Texels};
 
     #[test]

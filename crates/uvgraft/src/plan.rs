@@ -150,10 +150,11 @@ const FAR: i64 = 1 << 62;
 
 #[cfg(test)]
 mod tests {
+    use uvgraft_surface::mesh::Mesh;
+    use uvgraft_surface::pair::Pair;
+
     use super::*;
     use crate::Graft;
-    use crate::mesh::Mesh;
-    use crate::pair::Pair;
     use crate::texture::{Channels, Size, Texels};
 
     /// A square whose two triangles overlap in the target, and which reads far beyond the source at

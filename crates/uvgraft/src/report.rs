@@ -1,10 +1,11 @@
 //! Statistics of a pairing: enough to tell a good one from a wrong one.
 
-use crate::islands::Islands;
+use uvgraft_surface::islands::Islands;
+use uvgraft_surface::mesh::{Mesh, TileFaces, doubled_area};
+use uvgraft_surface::pair::{Direction, Pair};
+use uvgraft_surface::piece::{Piece, wide};
+
 use crate::map::{MapOptions, MapStats, SamplingMap};
-use crate::mesh::{Mesh, TileFaces, doubled_area};
-use crate::pair::{Direction, Pair};
-use crate::piece::{Piece, wide};
 use crate::texture::{Size, Sizes};
 
 /// Statistics of a pair, at nominal texture sizes.

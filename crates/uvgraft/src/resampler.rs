@@ -4,17 +4,17 @@ use std::ops::Range;
 use std::sync::Arc;
 
 use fearless_simd::Level;
+use uvgraft_surface::bits;
+use uvgraft_surface::pair::{Direction, Pair};
+use uvgraft_surface::threads::{for_each_chunk, map_indices};
 
-use crate::bits;
 use crate::filter::Filter;
 use crate::formats::Formats;
 use crate::map::{MapOptions, Region, SamplingMap, TILE, Tiles};
 use crate::pad::Padding;
-use crate::pair::{Direction, Pair};
 use crate::resample::reads::Reads;
 use crate::resample::{self, Paths};
 use crate::texture::{Depth, Size, Texture, Value};
-use crate::threads::{for_each_chunk, map_indices};
 
 /// Which value a texel gets when several islands of the target cover it.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
@@ -27,7 +27,7 @@ pub enum Overlap {
     Average,
 }
 
-crate::choices!(Overlap {
+uvgraft_surface::choices!(Overlap {
     First => "first", "Use the island selected by `prefer`";
     Average => "average", "Average all overlapping islands";
 });

@@ -1,11 +1,12 @@
 //! Resizing a whole texture: the unit square resampled onto itself.
 
+use uvgraft_surface::mesh::Mesh;
+use uvgraft_surface::pair::{Direction, Pair};
+use uvgraft_surface::piece::Piece;
+
 use crate::filter::Filter;
 use crate::formats::{Averaging, Formats};
 use crate::map::MapOptions;
-use crate::mesh::Mesh;
-use crate::pair::{Direction, Pair};
-use crate::piece::Piece;
 use crate::resampler::{MapInputs, Overlap, Resampler, TexelShape};
 use crate::texture::{Size, Texels, TexelsMut, Texture, TextureError, Value};
 

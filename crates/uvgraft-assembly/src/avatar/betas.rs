@@ -3,8 +3,8 @@
 use std::fmt::{self, Display};
 use std::path::Path;
 
+use uvgraft_files::input::Input;
 use uvgraft_io::arrays;
-use uvgraft_io::input::Input;
 use uvgraft_pipeline::{Blame, Failure, Result};
 
 /// Shape coefficients, or a file (.npz, .pkl) with an array `betas`.

@@ -7,7 +7,7 @@ use uvgraft::listing::listed;
 use uvgraft_avatar::Avatar;
 use uvgraft_avatar::body::{BodyKind, Deviation, ExpressionReport, ModelFile, ReadOptions, Shape};
 use uvgraft_figure::Figure;
-use uvgraft_io::input::Input;
+use uvgraft_files::input::Input;
 use uvgraft_pipeline::{Blame, Failure, Observer, Result};
 
 use super::betas::{Betas, far_from_people};

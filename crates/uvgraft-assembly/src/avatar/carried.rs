@@ -4,7 +4,7 @@ use uvgraft::listing::listed;
 use uvgraft_avatar::body::{ModelFile, ReadOptions, Shape};
 use uvgraft_avatar::face::add_named;
 use uvgraft_avatar::face::transfer::transfer_between;
-use uvgraft_io::input::Input;
+use uvgraft_files::input::Input;
 use uvgraft_io::model_mesh;
 use uvgraft_pipeline::{Blame, Failure, Observer, Result};
 

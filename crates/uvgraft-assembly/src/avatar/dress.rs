@@ -5,7 +5,7 @@ use std::sync::Arc;
 use uvgraft::{Averaging, BlendDomain, Direction, Filter, Graft, Size, Sizes, Texture};
 use uvgraft_figure::{Figure, paint_body};
 use uvgraft_gltf::preset::Preset;
-use uvgraft_io::image;
+use uvgraft_image as image;
 use uvgraft_io::pair_file::PairFile;
 use uvgraft_pipeline::{
     BaseSource, Blame, Failure, KnownTexels, Observer, Result, Unit, Values, exclusion_note,

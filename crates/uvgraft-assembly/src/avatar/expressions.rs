@@ -3,7 +3,7 @@
 use uvgraft_avatar::Avatar;
 use uvgraft_avatar::body::{BodyKind, ExpressionReport};
 use uvgraft_avatar::face::UnmetTarget;
-use uvgraft_io::input::Input;
+use uvgraft_files::input::Input;
 use uvgraft_pipeline::Observer;
 
 /// Reports what the body's face cannot express.

@@ -3,8 +3,9 @@
 use std::path::{Path, PathBuf};
 
 use uvgraft::Texture;
-use uvgraft_io::input::Input;
-use uvgraft_io::{fate, image};
+use uvgraft_files::input::Input;
+use uvgraft_image as image;
+use uvgraft_io::fate;
 use uvgraft_pipeline::{Blame, Observer, Result, without_non_finite};
 
 use crate::selfie::MadeSelfie;

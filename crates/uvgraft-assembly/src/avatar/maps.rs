@@ -4,9 +4,9 @@ use uvgraft::{
     Averaging, Channels, Content, Depth, Encoding, Filter, NormalOptions, NormalY, Size, Texels,
     TexelsMut, Texture,
 };
+use uvgraft_files::input::Input;
 use uvgraft_gltf::glb::{AvatarMaterial, Picture, PictureError, PictureFormat, ShadingModel};
-use uvgraft_io::image;
-use uvgraft_io::input::Input;
+use uvgraft_image as image;
 use uvgraft_pipeline::{BaseSource, Blame, Failure, Result};
 
 use super::map_transfer::{MapTransfer, TransferredMap};

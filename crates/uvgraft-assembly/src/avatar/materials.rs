@@ -1,8 +1,8 @@
 //! Maps other than colours: their roles, and which of them go together.
 
 use uvgraft::{Choice, NormalY};
+use uvgraft_files::input::Input;
 use uvgraft_gltf::glb::ShadingModel;
-use uvgraft_io::input::Input;
 use uvgraft_pipeline::{BaseSource, Failure, Result};
 
 use super::request::MaterialOptions;

@@ -10,8 +10,8 @@ use uvgraft_avatar::motion::{
     ClipOptions, GroundMode, Motion, MotionError, Performer, Retarget, Soles, UpAxis,
 };
 use uvgraft_avatar::rig::{Clip, HumanBone, Skeleton};
+use uvgraft_files::input::Input;
 use uvgraft_io::arrays;
-use uvgraft_io::input::Input;
 use uvgraft_pipeline::{Blame, Failure, Observer, Result};
 
 use super::betas::far_from_people;

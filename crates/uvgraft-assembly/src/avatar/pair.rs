@@ -5,7 +5,7 @@ use std::fmt::Display;
 
 use uvgraft::Pair;
 use uvgraft_figure::Figure;
-use uvgraft_io::input::{Input, ReadError};
+use uvgraft_files::input::{Input, ReadError};
 use uvgraft_io::pair_file::{self, PairFile};
 use uvgraft_io::{arrays, model_mesh};
 use uvgraft_pipeline::{Blame, Failure, Result};

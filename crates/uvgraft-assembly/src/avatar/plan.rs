@@ -4,9 +4,9 @@ use std::ffi::OsStr;
 use std::path::{Path, PathBuf};
 
 use uvgraft::Size;
+use uvgraft_files::input::Input;
 use uvgraft_gltf::glb::{PictureFormat, VrmMeta};
 use uvgraft_gltf::preset::Preset;
-use uvgraft_io::input::Input;
 use uvgraft_pipeline::{BaseSource, Failure, Observer, Result};
 
 use super::request::{AvatarRequest, Body, LevelStorage};

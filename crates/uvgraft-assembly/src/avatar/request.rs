@@ -4,9 +4,9 @@ use std::path::PathBuf;
 
 use uvgraft::{Filter, MapOptions, NormalY, Prefer, Size, choices};
 use uvgraft_avatar::motion::{GroundMode, UpAxis};
+use uvgraft_files::input::Input;
 use uvgraft_gltf::glb::{Permissions, PictureFormat, ShadingModel};
 use uvgraft_gltf::preset::Preset;
-use uvgraft_io::input::Input;
 use uvgraft_pipeline::{BaseSource, BlendSettings, Region};
 
 use super::betas::Betas;

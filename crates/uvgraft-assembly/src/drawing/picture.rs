@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use uvgraft::{Channels, Encoding, Size, Texels, Texture};
-use uvgraft_io::image::{self, Format, Image};
+use uvgraft_image::{self as image, Format, Image};
 use uvgraft_pipeline::{Blame, Failure, Result};
 
 use super::canvas::Canvas;

@@ -10,8 +10,8 @@ use std::collections::BTreeMap;
 use uvgraft::listing::listed;
 use uvgraft::{Size, Texture};
 use uvgraft_avatar::motion::UpAxis;
+use uvgraft_files::input::Input;
 use uvgraft_gltf::scene::{NamedPose, PoseRequest, PosedPrimitive, Scene};
-use uvgraft_io::input::Input;
 use uvgraft_pipeline::{Blame, Failure, Observer, Result};
 use uvgraft_render::{Background, Perspective, RenderOptions, Renderer};
 

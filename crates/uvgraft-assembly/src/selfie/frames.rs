@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use uvgraft_io::input::Input;
+use uvgraft_files::input::Input;
 use uvgraft_io::tracking::{self, TrackedFrame};
 use uvgraft_pipeline::{Blame, Failure, Result, images_in};
 

@@ -1,8 +1,8 @@
 //! The imported networks, prepared for photographs and for drawings of heads.
 
 use uvgraft::Texture;
-use uvgraft_io::face_networks;
 use uvgraft_pipeline::{Blame, Failure, Result};
+use uvgraft_selfie::face_networks;
 use uvgraft_selfie::landmarks::FaceNetworks;
 
 use super::request::Networks;

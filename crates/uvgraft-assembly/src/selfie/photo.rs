@@ -3,8 +3,8 @@
 use std::path::PathBuf;
 
 use uvgraft::{Size, Texture};
-use uvgraft_io::image::{self, Header, Image};
-use uvgraft_io::input::Input;
+use uvgraft_files::input::Input;
+use uvgraft_image::{self as image, Header, Image};
 use uvgraft_io::tracking::TrackedFrame;
 use uvgraft_pipeline::{Blame, Failure, Observer, Result};
 use uvgraft_selfie::landmarks::{FaceError, FaceNetworks};

@@ -3,8 +3,8 @@
 use uvgraft::{Mesh, Size, Texture};
 use uvgraft_avatar::body::BodyModel;
 use uvgraft_figure::{Figure, paint_head};
-use uvgraft_io::image;
-use uvgraft_io::input::Input;
+use uvgraft_files::input::Input;
+use uvgraft_image as image;
 use uvgraft_pipeline::{Blame, Failure, Observer, Result};
 use uvgraft_selfie::Relight;
 use uvgraft_selfie::landmarks::FaceChoice;

@@ -5,8 +5,8 @@ use uvgraft::{Averaging, Channels, Depth, Encoding, Filter, Size, Texels, Textur
 use uvgraft_avatar::body::{
     BodyError, BodyKind, BodyModel, BodyPose, ModelFile, ReadOptions, Shape,
 };
-use uvgraft_io::image;
-use uvgraft_io::input::Input;
+use uvgraft_files::input::Input;
+use uvgraft_image as image;
 use uvgraft_io::tracking::{TrackedCamera, TrackedFrame};
 use uvgraft_pipeline::{Blame, Result};
 use uvgraft_selfie::{Camera, Fit, Head, TrackedPhoto};

@@ -1,8 +1,8 @@
 //! Reads body models from files, and no more of them than needed: a whole SMPL-X has 400 components
 //! of shape and expression and 486 pose correctives, 110 MB, of which a rig uses a tenth.
 
+use uvgraft_files::input::{Input, ReadError};
 use uvgraft_io::arrays::{ArrayFile, ArraySelection as Wanted, NamedArrays};
-use uvgraft_io::input::{Input, ReadError};
 
 use super::fields::Fields;
 use super::model::{EXPRESSION_NAMES, read_kind, split};

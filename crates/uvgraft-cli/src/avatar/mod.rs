@@ -17,10 +17,10 @@ use clap::builder::{PossibleValue, PossibleValuesParser, StyledStr, TypedValuePa
 use uvgraft::{Choice, Filter, MapOptions, Prefer, Size};
 use uvgraft_assembly::avatar::{Betas, TextureLayout, TextureOptions, level_file};
 use uvgraft_assembly::{AvatarRequest, Body, Input, drawing};
+use uvgraft_files::output;
 use uvgraft_gltf::glb::PictureFormat;
 use uvgraft_gltf::preset::Preset;
-use uvgraft_io::image::{self, WriteOptions};
-use uvgraft_io::output;
+use uvgraft_image::{self as image, WriteOptions};
 use uvgraft_pipeline::Outputs;
 use uvgraft_viewer::PAGE;
 

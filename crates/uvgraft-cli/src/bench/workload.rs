@@ -10,8 +10,8 @@ use clap::Parser;
 use uvgraft::{
     Direction, Filter, Graft, GraftError, MapOptions, Pair, SamplingMap, Size, Sizes, Texture,
 };
-use uvgraft_io::image::{self, Format, Image, WriteOptions};
-use uvgraft_io::output::TemporaryFolder;
+use uvgraft_files::output::TemporaryFolder;
+use uvgraft_image::{self as image, Format, Image, WriteOptions};
 use uvgraft_io::pair_file;
 
 use super::measure::time;
@@ -273,7 +273,7 @@ fn encoded(image: &Image, mut buffer: Vec<u8>) -> anyhow::Result<Vec<u8>> {
     buffer.clear();
     let mut out = Cursor::new(buffer);
     // PNG can store an 8-bit RGB texture without loss.
-    let _ = image::encode(image, Format::Png, &WriteOptions::default(), &mut out)?;
+    let _ = image::encode(image, Format::PNG, &WriteOptions::default(), &mut out)?;
     Ok(out.into_inner())
 }
 

@@ -7,7 +7,7 @@ use uvgraft::{Choice, Size, choices};
 use uvgraft_assembly::Input;
 use uvgraft_assembly::drawing::check_name;
 use uvgraft_assembly::skin::{HAIR, painted};
-use uvgraft_io::image::{self, Image, WriteOptions};
+use uvgraft_image::{self as image, Image, WriteOptions};
 use uvgraft_open_body::skin::{SkinOptions, SkinTone};
 use uvgraft_pipeline::Outputs;
 

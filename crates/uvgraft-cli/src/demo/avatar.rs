@@ -10,13 +10,13 @@ use uvgraft_avatar::eyes::SeparatedEyes;
 use uvgraft_avatar::mouth::Mouth;
 use uvgraft_figure::Figure;
 use uvgraft_figure::motion::as_amass;
+use uvgraft_files::output::write_atomically;
 use uvgraft_gltf::glb::{
     self, AvatarMaterial, Export, Permissions, Picture, PictureFormat, VrmMeta,
 };
 use uvgraft_gltf::scene::{PoseRequest, Scene};
+use uvgraft_image::animation::write_gif;
 use uvgraft_io::arrays::{NamedArrays, NumericArray};
-use uvgraft_io::image::animation::write_gif;
-use uvgraft_io::output::write_atomically;
 use uvgraft_render::{Perspective, RenderOptions, Renderer};
 
 use uvgraft_assembly::drawing::Picture as Sheet;

@@ -7,7 +7,7 @@ use uvgraft_assembly::drawing::Picture as Sheet;
 use uvgraft_assembly::{AvatarRequest, Body, weights};
 use uvgraft_figure::Figure;
 use uvgraft_gltf::scene::{PoseRequest, Scene};
-use uvgraft_io::image::{self, Image, WriteOptions};
+use uvgraft_image::{self as image, Image, WriteOptions};
 use uvgraft_render::{RenderOptions, Renderer, View};
 
 use super::avatar::{body, clip, head};

@@ -6,9 +6,9 @@ use std::path::Path;
 
 use anyhow::Context;
 use uvgraft::Mesh;
-use uvgraft::correspond::dots;
 use uvgraft::correspond::surface::SurfaceOptions;
-use uvgraft_io::image::{self, Format};
+use uvgraft::dots;
+use uvgraft_image::{self as image, Format};
 use uvgraft_io::vertex_map;
 
 use crate::failure::{OrBadInput, bad_input};

@@ -9,7 +9,7 @@ use std::sync::Arc;
 
 use anyhow::Context;
 use uvgraft::{Choice, PairReport, Side};
-use uvgraft_io::image::Format;
+use uvgraft_image::Format;
 use uvgraft_io::pair_file;
 use uvgraft_pipeline::Outputs;
 

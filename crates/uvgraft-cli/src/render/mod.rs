@@ -10,6 +10,7 @@ use uvgraft::{Choice, Size};
 use uvgraft_assembly::RenderRequest;
 use uvgraft_assembly::render::{Aim, PoseOption, Shot, parse_background, parse_number};
 use uvgraft_avatar::motion::UpAxis;
+use uvgraft_image::animation::Animation;
 use uvgraft_pipeline::parse_memory;
 use uvgraft_render::Background;
 
@@ -172,7 +173,8 @@ impl Args {
         request.unlit = self.unlit;
         request.floor = !self.no_floor;
         request.memory = self.memory;
-        request.hard_edges = output::is_gif(&self.output);
+        let animation = Animation::from_path(&self.output);
+        request.hard_edges = animation.is_some_and(|animation| animation.has_hard_edges);
         request
     }
 }

@@ -6,9 +6,9 @@ use anyhow::Context;
 use uvgraft::Texture;
 use uvgraft_assembly::render::Rendering;
 use uvgraft_assembly::{Input, RenderRequest};
-use uvgraft_io::image::animation::{AnimationError, write_gif, write_webp};
-use uvgraft_io::image::{self, Format, Image, WriteOptions};
-use uvgraft_io::output::write_atomically;
+use uvgraft_files::output::write_atomically;
+use uvgraft_image::animation::Animation;
+use uvgraft_image::{self as image, Format, Image, WriteOptions};
 use uvgraft_pipeline::Outputs;
 use uvgraft_render::Background;
 
@@ -21,98 +21,78 @@ const MAX_BYTES: usize = 1 << 30;
 /// Output files, checked to be writable.
 pub(super) struct Output {
     paths: Vec<PathBuf>,
-    kind: OutputFormat,
-}
-
-#[derive(Debug, Clone, Copy, PartialEq)]
-enum OutputFormat {
-    /// A file for each frame.
-    Images,
-    /// All frames in one file, at a frame rate.
-    Gif(f32),
-    WebP(f32),
+    /// How all frames are written to one file, and at which rate; `None` for a file for each.
+    animation: Option<(&'static Animation, f32)>,
 }
 
 impl Output {
     /// - `frames`: number of pictures.
     pub(super) fn new(path: &Path, request: &RenderRequest, frames: usize) -> anyhow::Result<Self> {
         let (name, size) = (path.display(), request.frame_size());
-        let is_gif = is_gif(path);
-        let format = Format::from_path(path);
         let transparent = request.background() == Background::Transparent;
         let moving = request.rate();
-        const MAX_GIF_FPS: f32 = 50.0;
-        let kind = match (moving, format) {
-            (Some(fps), None) if is_gif && fps > MAX_GIF_FPS => {
+        let animation = match (moving, Animation::from_path(path), Format::from_path(path)) {
+            (Some(fps), Some(Animation { name: kind, max_fps: Some(max), .. }), _)
+                if fps > *max =>
+            {
                 return Err(bad_input(format!(
-                    "{name}: GIF supports at most {MAX_GIF_FPS} frames per second, got {fps}; \
-                     write a .webp, or use a lower --fps"
+                    "{name}: {kind} supports at most {max} frames per second, got {fps}; write a \
+                     .webp, or use a lower --fps"
                 )));
             }
-            (fps, None) if is_gif => OutputFormat::Gif(fps.unwrap_or(1.0)),
-            (_, None) => {
+            (fps, Some(animation), None) => Some((animation, fps.unwrap_or(1.0))),
+            (_, None, None) => {
                 let known = Format::extension_list();
                 return Err(bad_input(format!("{name}: extension must be .gif or one of {known}")));
             }
-            (_, Some(Format::Jpeg)) if transparent => {
+            (_, _, Some(format)) if transparent && !format.codec().has_alpha => {
                 return Err(bad_input(format!(
-                    "{name}: JPEG does not support transparency; use .png or .webp, or another \
+                    "{name}: {format} does not support transparency; use .png or .webp, or another \
                      --background"
                 )));
             }
-            (Some(fps), Some(Format::WebP)) => OutputFormat::WebP(fps),
-            (_, Some(_)) => OutputFormat::Images,
+            (Some(fps), Some(animation), Some(_)) => Some((animation, fps)),
+            (_, _, Some(_)) => None,
         };
         let bytes =
             frames.saturating_mul(size.texels()).saturating_mul(if transparent { 4 } else { 3 });
-        if kind != OutputFormat::Images && bytes > MAX_BYTES {
+        if animation.is_some() && bytes > MAX_BYTES {
             return Err(bad_input(format!(
                 "{name}: {frames} frames of {size} do not fit into one file; use a smaller --size \
                  or a lower --fps, or write .png files"
             )));
         }
-        let paths = match (moving, kind) {
-            (Some(_), OutputFormat::Images) => {
-                (0..frames).map(|frame| numbered(path, frame, frames)).collect()
-            }
+        let paths = match (moving, animation) {
+            (Some(_), None) => (0..frames).map(|frame| numbered(path, frame, frames)).collect(),
             _ => vec![path.to_path_buf()],
         };
         let mut outputs = Outputs::new(request.inputs().filter_map(Input::path));
         for path in &paths {
             outputs.check(path)?;
         }
-        Ok(Self { paths, kind })
+        Ok(Self { paths, animation })
     }
 
     /// Draws all frames and writes them.
     pub(super) fn write(&self, rendering: &Rendering) -> anyhow::Result<()> {
         let bar = progress::bar(rendering.frames() as u64, "{bar:32} {pos}/{len} {eta:>4}");
         let pictures = rendering.pictures().inspect(|_| bar.inc(1));
-        if self.kind == OutputFormat::Images {
+        if let Some((animation, fps)) = self.animation {
+            let frames = pictures.collect::<Result<Vec<Texture>, _>>()?;
+            let path = &self.paths[0];
+            write_atomically(path, |out| (animation.write)(&frames, fps, out))
+                .with_context(|| format!("cannot write {}", path.display()))?;
+            outcome::wrote(path);
+        } else {
             for (picture, path) in pictures.zip(&self.paths) {
                 let options = WriteOptions::default().compress(true);
                 let _ = image::write(&Image::from(picture?), path, &options)?;
                 outcome::wrote(path);
             }
-        } else {
-            let frames = pictures.collect::<Result<Vec<Texture>, _>>()?;
-            let path = &self.paths[0];
-            write_atomically::<AnimationError>(path, |out| match self.kind {
-                OutputFormat::Gif(fps) => write_gif(&frames, fps, out),
-                OutputFormat::WebP(fps) => write_webp(&frames, fps, out),
-                OutputFormat::Images => Ok(()),
-            })
-            .with_context(|| format!("cannot write {}", path.display()))?;
-            outcome::wrote(path);
         }
         bar.finish_and_clear();
         Ok(())
     }
-}
-
-/// Whether a file is a GIF, which has no partial opacity, by its extension.
-pub(super) fn is_gif(path: &Path) -> bool {
-    path.extension().is_some_and(|extension| extension.eq_ignore_ascii_case("gif"))
 }
 
 /// `me_007.png` for the eighth frame of `me.png`.

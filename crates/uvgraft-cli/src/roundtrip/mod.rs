@@ -8,8 +8,9 @@ use std::process::ExitCode;
 
 use anyhow::Context;
 use uvgraft::{Choice, Depth, Direction, Filter, MapOptions, Side, Size, Texture, choices};
-use uvgraft_io::image::{self, Header, Image, WriteOptions};
-use uvgraft_io::{output, pair_file};
+use uvgraft_files::output;
+use uvgraft_image::{self as image, Header, Image, WriteOptions};
+use uvgraft_io::pair_file;
 use uvgraft_metrics::{Colors, Mask};
 use uvgraft_pipeline::Outputs;
 

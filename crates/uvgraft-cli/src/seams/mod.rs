@@ -18,7 +18,7 @@ use std::sync::Arc;
 use anyhow::Context;
 use uvgraft::layout_match::{LayoutPoints, LayoutProbe};
 use uvgraft::{Anatomy, BlendDomain, Direction, Texture};
-use uvgraft_io::image::{self, OpenImage};
+use uvgraft_image::{self as image, OpenImage};
 use uvgraft_io::pair_file::{self, PairFile};
 use uvgraft_metrics::seams::{Offset, SeamOptions, measure};
 use uvgraft_pipeline::{Input, Length, Outputs, Unit, decoded_bytes};

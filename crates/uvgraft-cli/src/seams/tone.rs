@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 use anyhow::Context;
 use serde::Serialize;
 use uvgraft::{Anatomy, Area, BlendDomain, Size, Texture};
-use uvgraft_io::image::{self, OpenImage};
+use uvgraft_image::{self as image, OpenImage};
 use uvgraft_metrics::seams::{
     SkinColors, ToneMatch, ToneReferences, TransferredFace, measure_tone,
 };

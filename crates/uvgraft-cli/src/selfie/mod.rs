@@ -11,9 +11,9 @@ use uvgraft::{Size, Texture};
 use uvgraft_assembly::drawing::{self, check_name};
 use uvgraft_assembly::selfie::Head;
 use uvgraft_assembly::{Input, SelfieRequest};
-use uvgraft_io::image::{self, WriteOptions};
+use uvgraft_files::output::write_atomically;
+use uvgraft_image::{self as image, WriteOptions};
 use uvgraft_io::obj;
-use uvgraft_io::output::write_atomically;
 use uvgraft_pipeline::Outputs;
 
 pub(crate) use self::options::PhotoArgs;

@@ -12,7 +12,7 @@ use uvgraft::{
 };
 use uvgraft_assembly::drawing::check_name;
 use uvgraft_assembly::pair_picture;
-use uvgraft_io::image::{Format, WriteOptions};
+use uvgraft_image::{Format, WriteOptions};
 use uvgraft_io::pair_file::PairFile;
 use uvgraft_pipeline::{
     BaseSource, Correspondence, Existing, Fault, Input, Inputs, MaterialMap, Role, Shard,

@@ -16,7 +16,7 @@ use std::process::{Command, Stdio};
 use tempfile::TempDir;
 use uvgraft::{Channels, Depth, Encoding, Mesh, Pair, Size, Texels, Texture};
 use uvgraft_figure::{Figure, paint_body_in_tone, paint_head};
-use uvgraft_io::image::{self, Image, WriteOptions};
+use uvgraft_image::{self as image, Image, WriteOptions};
 use uvgraft_io::pair_file::PairFile;
 use uvgraft_io::{obj, pair_file, vertex_map};
 use uvgraft_tests::browser::Browser;

@@ -6,7 +6,7 @@ use std::io::Cursor;
 
 use png::{BitDepth, ColorType};
 use uvgraft::{Channels, Depth, Encoding, Size, Texels, Texture};
-use uvgraft_io::image::{self, Format, WriteOptions};
+use uvgraft_image::{self as image, Format, WriteOptions};
 
 use super::{Case, Expected, Near, Refused, Same, case, check};
 use crate::bench::Bench;
@@ -59,7 +59,7 @@ fn encoded(format: Format, texture: Texture) -> Vec<u8> {
 /// A JPEG that a camera held upright has turned: its rows are the picture's columns.
 fn turned_jpeg() -> Vec<u8> {
     // Stored so that a quarter turn clockwise, which orientation 6 asks for, gives the picture.
-    let stored = encoded(Format::Jpeg, texture(|x, y| color(SIDE - 1 - y, x)));
+    let stored = encoded(Format::JPEG, texture(|x, y| color(SIDE - 1 - y, x)));
     let tiff = b"II*\0\x08\0\0\0\x01\0\x12\x01\x03\0\x01\0\0\0\x06\0\0\0\0\0\0\0";
     let exif = [&b"Exif\0\0"[..], tiff].concat();
     let length = (exif.len() as u16 + 2).to_be_bytes();
@@ -119,15 +119,15 @@ fn cases() -> Vec<Case> {
         ),
         file("named as another format", "a.jpg", plain(), Same),
         file("no extension", "a", plain(), Same),
-        file("TIFF", "a.tif", encoded(Format::Tiff, texture(color)), Same),
-        file("WebP", "a.webp", encoded(Format::WebP, texture(color)), Same),
+        file("TIFF", "a.tif", encoded(Format::TIFF, texture(color)), Same),
+        file("WebP", "a.webp", encoded(Format::WEBP, texture(color)), Same),
         // Blocks of 8×8 texels of four colours lose a few percent.
-        file("JPEG", "a.jpg", encoded(Format::Jpeg, texture(color)), Near(0.12)),
+        file("JPEG", "a.jpg", encoded(Format::JPEG, texture(color)), Near(0.12)),
         file("a turned JPEG", "a.jpg", turned_jpeg(), Near(0.12)),
         file(
             "CMYK",
             "a.jpg",
-            include_bytes!("../../../uvgraft-io/tests/image_samples/cmyk.jpg").to_vec(),
+            include_bytes!("../../../uvgraft-image/tests/samples/cmyk.jpg").to_vec(),
             Refused("CMYK colours"),
         ),
         file("BMP", "a.bmp", bmp(), Refused("not a supported image")),
@@ -145,7 +145,7 @@ fn cases() -> Vec<Case> {
         file(
             "cut JPEG",
             "a.jpg",
-            wrong_end(encoded(Format::Jpeg, texture(color)), 60),
+            wrong_end(encoded(Format::JPEG, texture(color)), 60),
             Refused("a.jpg"),
         ),
         file("cut header", "a.png", plain()[..20].to_vec(), Refused("a.png")),

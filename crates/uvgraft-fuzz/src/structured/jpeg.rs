@@ -5,7 +5,7 @@ use std::sync::LazyLock;
 
 use arbitrary::Arbitrary;
 use uvgraft::{Channels, Encoding, Size, Texels, Texture};
-use uvgraft_io::image::{Format, WriteOptions, encode};
+use uvgraft_image::{Format, WriteOptions, encode};
 
 use super::number::{Many, Number, Patch};
 use super::{choose, reading};
@@ -60,7 +60,7 @@ fn parts(is_rgb: bool) -> (Vec<Part>, Vec<u8>) {
             let texture = Texture::new(size, channels, Encoding::Srgb, texels).expect("a texture");
             let mut out = Cursor::new(Vec::new());
             let options = WriteOptions::default();
-            encode(&texture.into(), Format::Jpeg, &options, &mut out).map(drop).expect("a JPEG");
+            encode(&texture.into(), Format::JPEG, &options, &mut out).map(drop).expect("a JPEG");
             out.into_inner()
         })
     });

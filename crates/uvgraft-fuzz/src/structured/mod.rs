@@ -54,7 +54,9 @@ pub fn random_choices(random: &mut fastrand::Rng) -> Vec<u8> {
 #[cfg(test)]
 mod tests {
     use uvgraft_gltf::scene::Scene;
-    use uvgraft_io::{arrays, image, tflite as models, torch as tensors};
+    use uvgraft_image as image;
+    use uvgraft_io::{arrays, torch as tensors};
+    use uvgraft_selfie::tflite as models;
 
     use super::*;
     use crate::Builder;

@@ -12,16 +12,16 @@ use std::io::Cursor;
 
 use serde_json::Value;
 use uvgraft_avatar::motion::Motion;
+use uvgraft_files::input::Input;
 use uvgraft_gltf::container::Glb;
 use uvgraft_gltf::scene::{
     Budget, MeshChoice, PoseRequest, Scene, contents, read_mesh, whole_within,
 };
-use uvgraft_io::image::{self, BandDecoder, ImageError};
-use uvgraft_io::input::Input;
+use uvgraft_image::{self as image, BandDecoder, ImageError};
 use uvgraft_io::{
-    arrays, correspondence_table, fate, pickle, sampling_map, tflite, torch, vertex_groups,
-    vertex_map,
+    arrays, correspondence_table, fate, pickle, sampling_map, torch, vertex_groups, vertex_map,
 };
+use uvgraft_selfie::tflite;
 
 use crate::oracle::{ANY_FILE, EACH_BYTE, allowed, within};
 use crate::readers;

@@ -124,7 +124,7 @@ pub(crate) fn run(bytes: &[u8]) {
 
 #[cfg(test)]
 mod tests {
-    use uvgraft_io::image;
+    use uvgraft_image as image;
 
     use super::*;
 

@@ -4,9 +4,9 @@
 use std::thread;
 
 use serde_json::json;
+use uvgraft_files::input::Input;
 use uvgraft_gltf::container::Glb;
 use uvgraft_gltf::scene::{MeshChoice, PoseRequest, Scene, contents, read_mesh, whole};
-use uvgraft_io::input::Input;
 use uvgraft_io::{
     arrays, correspondence_table, pair_file, pickle, vertex_groups, vertex_list, vertex_map,
 };

@@ -3,7 +3,7 @@
 use std::io::Cursor;
 
 use uvgraft::{Depth, Encoding, Size, Texels, Texture};
-use uvgraft_io::image::{self, Format, WriteOptions};
+use uvgraft_image::{self as image, Format, WriteOptions};
 
 use super::ktx2_header;
 use super::picture_error::{PictureError, PictureFormat};
@@ -28,12 +28,8 @@ impl Picture {
             return Ok(Self { bytes, format: PictureFormat::Ktx2, size, fallback: None });
         }
         let header = image::decode_header(&bytes)?;
-        let format = match header.format {
-            Format::Png => PictureFormat::Png,
-            Format::Jpeg => PictureFormat::Jpeg,
-            Format::WebP => PictureFormat::WebP,
-            other => return Err(PictureError::Format { found: other.name() }),
-        };
+        let format = PictureFormat::of(header.format)
+            .ok_or_else(|| PictureError::Format { found: header.format.name() })?;
         Ok(Self { bytes, format, size: header.size, fallback: None })
     }
 
@@ -56,16 +52,13 @@ impl Picture {
             Encoding::Linear => Encoding::Srgb,
             other => other,
         };
-        let file_format = match format {
-            PictureFormat::Png => Format::Png,
-            PictureFormat::Jpeg => Format::Jpeg,
-            PictureFormat::WebP => Format::WebP,
-            PictureFormat::Ktx2 => return Self::encode_ktx2(texture.encoded_as(encoding)),
+        let Some(file_format) = Format::from_media_type(format.mime_type()) else {
+            return Self::encode_ktx2(texture.encoded_as(encoding));
         };
         let texture = texture.encoded_as(encoding);
         let channels = texture.channels();
         let texture = texture.converted(channels, Depth::U8);
-        let alpha = channels.has_alpha() && format != PictureFormat::Jpeg && !is_opaque(&texture);
+        let alpha = channels.has_alpha() && file_format.codec().has_alpha && !is_opaque(&texture);
         let channels = if alpha { channels.with_alpha() } else { channels.without_alpha() };
         let texture = texture.converted(channels, Depth::U8);
         let size = texture.size();
@@ -167,7 +160,7 @@ mod tests {
         Picture::new(b"hello, not an image".to_vec()).unwrap_err();
         let mut tiff = Cursor::new(Vec::new());
         let options = WriteOptions::default();
-        let _ = image::encode(&texture(1.0).into(), Format::Tiff, &options, &mut tiff).unwrap();
+        let _ = image::encode(&texture(1.0).into(), Format::TIFF, &options, &mut tiff).unwrap();
         let error = Picture::new(tiff.into_inner()).unwrap_err();
         assert!(matches!(error, PictureError::Format { found: "TIFF" }), "{error}");
         let webp = Picture::encode(texture(1.0), PictureFormat::WebP, 90).unwrap();

@@ -1,7 +1,7 @@
 //! Formats of embedded images, and errors for them.
 
 use uvgraft::TextureError;
-use uvgraft_io::image::{EncodeError, ImageError};
+use uvgraft_image::{EncodeError, Format, ImageError};
 
 /// An image format of GLB files.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
@@ -24,6 +24,12 @@ uvgraft::choices!(PictureFormat {
 });
 
 impl PictureFormat {
+    /// The format of an image file; `None` for those that glTF does not support.
+    pub fn of(format: Format) -> Option<Self> {
+        let is_it = |it: &Self| it.mime_type() == format.codec().media_type;
+        Self::ALL.iter().copied().find(is_it)
+    }
+
     /// The media type.
     pub const fn mime_type(self) -> &'static str {
         match self {

@@ -43,7 +43,7 @@ fn half_the_size_is_the_mean_of_four_texels() {
     let texture = texture.unwrap();
     let small = Preset { texture_side: 8, ..QUEST };
     let picture = small.picture(texture.clone()).unwrap();
-    let found = uvgraft_io::image::decode(picture.bytes()).unwrap().texture;
+    let found = uvgraft_image::decode(picture.bytes()).unwrap().texture;
     for (x, y) in [(0, 0), (3, 5), (7, 7)] {
         let level = |dx, dy| texture.get(2 * x + dx, 2 * y + dy, 1);
         let wanted = (level(0, 0) + level(1, 0) + level(0, 1) + level(1, 1)) / 4.0;

@@ -12,7 +12,7 @@ use std::sync::Arc;
 
 use base64::Engine as _;
 use base64::engine::general_purpose::STANDARD;
-use uvgraft_io::input::{Input, ReadError, find_within};
+use uvgraft_files::input::{Input, ReadError, find_within};
 
 use super::budget::{
     Budget, Demand, MAX_BYTES, MAX_EXTERNAL_BYTES, MAX_JSON_BYTES, MAX_OBJECTS, Purpose,

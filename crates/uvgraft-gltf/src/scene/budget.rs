@@ -6,7 +6,7 @@
 
 use std::fmt;
 
-use uvgraft_io::image::MAX_RATIO;
+use uvgraft_image::MAX_RATIO;
 
 use super::error::SceneError;
 

@@ -1,8 +1,8 @@
 //! Errors of reading and posing scenes.
 
 use uvgraft::listing::listed;
-use uvgraft_io::image::ImageError;
-use uvgraft_io::input::beginning;
+use uvgraft_image::ImageError;
+use uvgraft_io::beginning;
 
 use super::budget::Shares;
 use crate::container::ContainerError;

@@ -4,7 +4,7 @@ use std::borrow::Cow;
 use std::sync::Arc;
 
 use serde_json::json;
-use uvgraft_io::input::Input;
+use uvgraft_files::input::Input;
 use uvgraft_tests::greedy;
 use uvgraft_tests::strip::Strip;
 

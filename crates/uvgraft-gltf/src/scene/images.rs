@@ -3,7 +3,7 @@
 use std::collections::{HashMap, HashSet};
 
 use uvgraft::{Size, Texture};
-use uvgraft_io::image::{self, DeclaredSpace};
+use uvgraft_image::{self as image, DeclaredSpace};
 
 use super::accessor::Accessors;
 use super::asset::{Asset, Bytes};
@@ -225,7 +225,7 @@ mod tests {
     use std::io::Cursor;
 
     use uvgraft::{Channels, Encoding, Texels};
-    use uvgraft_io::image::{Format, WriteOptions};
+    use uvgraft_image::{Format, WriteOptions};
 
     use super::*;
 
@@ -236,7 +236,7 @@ mod tests {
         let texture = Texture::new(size, Channels::Rgb, Encoding::Srgb, values).unwrap();
         let mut out = Cursor::new(Vec::new());
         let written =
-            image::encode(&texture.clone().into(), Format::Png, &WriteOptions::default(), &mut out);
+            image::encode(&texture.clone().into(), Format::PNG, &WriteOptions::default(), &mut out);
         let _ = written.unwrap();
         let (header, rest) = out.get_ref().split_at(33);
         // A gAMA chunk of linear light.

@@ -52,7 +52,7 @@ use std::path::Path;
 
 use glam::Affine3A;
 use uvgraft::Texture;
-use uvgraft_io::input::{Input, ReadError};
+use uvgraft_files::input::{Input, ReadError};
 
 use self::accessor::Accessors;
 use self::asset::{Asset, parse_within};

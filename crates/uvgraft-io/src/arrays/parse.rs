@@ -6,8 +6,8 @@ use super::error::{ArraysError, MAX_FILE_BYTES, MAX_UNPACKED_BYTES, foreign_file
 use super::named::NamedArrays;
 use super::npz;
 use super::numeric::NumericArray;
-use crate::input::{Input, ReadError};
 use crate::pickle;
+use uvgraft_files::input::{Input, ReadError};
 
 /// Reads arrays by name. The format is detected from the content:
 /// - NPZ: a ZIP archive of NPY files, stored or deflated.

@@ -17,8 +17,8 @@ use super::npy;
 use super::npz;
 use super::parse::parse;
 use super::pieces::{decode, unreadable};
-use crate::input::{Input, ReadError};
 use crate::numpy::MAGIC;
+use uvgraft_files::input::{Input, ReadError};
 
 /// Which part of an array is requested.
 #[derive(Debug, Clone, PartialEq, Eq)]

@@ -14,7 +14,7 @@ use super::numeric::Numbers;
 use super::numeric::NumericArray;
 use crate::numpy::order::first_axis_fastest;
 use crate::numpy::{write_header, write_ordered_header};
-use crate::output::write_atomically;
+use uvgraft_files::output::write_atomically;
 
 /// Writes arrays as an NPZ archive for `numpy.load`: 32-bit floats as `<f4`, 64-bit ones as `<f8`,
 /// integers as `<i8`, strings as arrays without axes. Values that were skipped when reading are not

@@ -5,7 +5,7 @@ use std::io;
 use std::path::{Path, PathBuf};
 
 use super::FateError;
-use crate::input::ReadError;
+use uvgraft_files::input::ReadError;
 
 /// The source of a texture.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

@@ -27,9 +27,9 @@ use uvgraft::texture::{Channels, Texture, TextureError};
 pub use self::find::{TextureFile, TextureSource, find};
 use self::resample::{Planes, Upright};
 use crate::arrays::{ArraysError, MAX_FILE_BYTES, NamedArrays};
-use crate::image::{self, ImageError};
-use crate::input::{Input, ReadError};
 use crate::torch;
+use uvgraft_files::input::{Input, ReadError};
+use uvgraft_image::{self as image, ImageError};
 
 /// The size that FATE bakes at.
 pub const BAKED_SIZE: u32 = 512;
@@ -201,12 +201,7 @@ fn read_picture(
     meaning: impl Fn(f32) -> f32,
 ) -> Result<Texture, ReadError<FateError>> {
     let content = |reason| ReadError::Content { path: path.to_owned(), reason };
-    let image = image::read(path).map_err(|error| match error {
-        ReadError::Io { path, reason } => ReadError::Io { path, reason },
-        ReadError::Content { path, reason } => {
-            ReadError::Content { path, reason: FateError::Picture(reason) }
-        }
-    })?;
+    let image = image::read(path).map_err(|error| error.map_content(FateError::Picture))?;
     let found = image.texture.size();
     if found.width != found.height {
         let found = vec![found.height as usize, found.width as usize];

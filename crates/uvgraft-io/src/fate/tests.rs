@@ -7,7 +7,7 @@ use uvgraft::texture::{Depth, Size, Texels};
 
 use super::*;
 use crate::arrays::NumericArray;
-use crate::image::{Image, WriteOptions};
+use uvgraft_image::{Image, WriteOptions};
 
 fn tensor(shape: &[usize], value: impl Fn(usize) -> f32) -> NumericArray {
     let count = shape.iter().product();

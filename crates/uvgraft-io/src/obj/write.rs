@@ -5,7 +5,7 @@ use std::path::Path;
 
 use uvgraft::mesh::Mesh;
 
-use crate::output::write_atomically;
+use uvgraft_files::output::write_atomically;
 
 /// Writes a mesh as OBJ: vertices, texture coordinates with `v` upwards, and the original polygons,
 /// under the names of their parts.

@@ -12,7 +12,7 @@ use zip::ZipWriter;
 
 use crate::arrays::stored_entry;
 use crate::numpy::write_header;
-use crate::output::write_atomically;
+use uvgraft_files::output::write_atomically;
 
 /// Maximum number of entries of a matrix: a file of 8 GiB, and within 32-bit indices, as are the
 /// numbers of texels.

@@ -3,18 +3,22 @@
 use uvgraft::PositionsError;
 
 use crate::arrays::ArraysError;
-use crate::image::ImageError;
-use crate::input::beginning;
+use crate::beginning;
+use uvgraft_image::ImageError;
+
+/// What is read.
+const WANTED: &str = if cfg!(feature = "exr") {
+    "an NPY array, an NPZ archive with uv_grid and pix_to_face, or an ST map (EXR)"
+} else {
+    "an NPY array or an NPZ archive with uv_grid and pix_to_face, in a build without EXR"
+};
 
 /// Why the bytes of a map were rejected.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum MapFileError {
     /// The file has another format.
-    #[error(
-        "must be an NPY array, an NPZ archive with uv_grid and pix_to_face, or an ST map (EXR); {}",
-        beginning(start)
-    )]
+    #[error("must be {WANTED}; {}", beginning(start))]
     Foreign {
         /// How it begins.
         start: Vec<u8>,

@@ -4,7 +4,7 @@
 //! |---|---|---|
 //! | [NPY](write_npy) | source position of each texel | yes |
 //! | [NPZ](write_npz) | the file of the reference implementation (Song et al., arXiv 2508.19518) | yes |
-//! | [EXR](write_st_map) | ST map, as compositors use it | yes |
+//! | [EXR](write_st_map) | ST map, as compositors use it (feature `exr`) | yes |
 //! | [CSR](write_csr) | the transfer as a sparse matrix of SciPy, filter and padding included | |
 //!
 //! [`read`] detects the format from the content.
@@ -14,6 +14,7 @@ mod error;
 mod npy;
 mod read;
 mod reference;
+#[cfg(feature = "exr")]
 mod st_map;
 
 use uvgraft::SamplingMap;
@@ -23,6 +24,7 @@ pub use self::error::MapFileError;
 pub use self::npy::{save_npy, write_npy};
 pub use self::read::{MAX_FILE_BYTES, parse, read};
 pub use self::reference::{Convention, save_npz, write_npz};
+#[cfg(feature = "exr")]
 pub use self::st_map::{save_st_map, write_st_map};
 
 /// Calls `visit` for each covered texel of a row with its column, its source position (u, v) and

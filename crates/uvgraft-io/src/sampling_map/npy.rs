@@ -7,7 +7,7 @@ use uvgraft::SamplingMap;
 
 use super::for_each_texel;
 use crate::numpy::write_header;
-use crate::output::write_atomically;
+use uvgraft_files::output::write_atomically;
 
 /// Writes a map as an NPY array, version 1.0: `[height, width, 2]` of `<f4`, the source's (u, v) at
 /// the centre of each texel.

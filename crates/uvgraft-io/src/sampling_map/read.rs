@@ -4,9 +4,9 @@ use uvgraft::{SamplingMap, Size, Texels, Texture};
 
 use super::{Convention, MapFileError};
 use crate::arrays::{self, NamedArrays, NumericArray};
-use crate::image::{self, DeclaredSpace, Format};
-use crate::input::{Input, ReadError};
 use crate::numpy;
+use uvgraft_files::input::{Input, ReadError};
+use uvgraft_image as image;
 
 /// Larger files are rejected by [`read`] before they are loaded: enough for an uncompressed image of
 /// the largest size.
@@ -29,9 +29,10 @@ pub fn parse(bytes: &[u8]) -> Result<SamplingMap, MapFileError> {
     let (size, positions) = match bytes {
         _ if bytes.starts_with(numpy::MAGIC) => of_array(&arrays::parse_npy(bytes)?)?,
         [b'P', b'K', ..] => of_reference(&arrays::parse(bytes)?)?,
-        _ if Format::detect(bytes) == Some(Format::Exr) => {
+        #[cfg(feature = "exr")]
+        _ if image::Format::detect(bytes) == Some(image::Format::EXR) => {
             // Positions are no colours.
-            of_st_map(image::decode_with(bytes, DeclaredSpace::Ignored)?.texture)?
+            of_st_map(image::decode_with(bytes, image::DeclaredSpace::Ignored)?.texture)?
         }
         _ => {
             let start = bytes[..bytes.len().min(8)].to_vec();
@@ -114,6 +115,7 @@ fn convention(arrays: &NamedArrays) -> Result<Convention, MapFileError> {
     }
 }
 
+#[cfg(feature = "exr")]
 fn of_st_map(texture: Texture) -> Result<Positions, MapFileError> {
     let (size, channels) = (texture.size(), texture.channels());
     let Texels::F32(values) = texture.into_texels() else { return Err(MapFileError::Channels) };
@@ -135,7 +137,7 @@ fn of_st_map(texture: Texture) -> Result<Positions, MapFileError> {
     Ok((size, positions))
 }
 
-#[cfg(test)]
+#[cfg(all(test, feature = "exr"))]
 mod tests {
     use std::io::Cursor;
 
@@ -199,22 +201,14 @@ mod tests {
 
     #[test]
     fn an_st_map_by_hand() {
-        let mut values = Vec::new();
         // The identity of 2x1 texels from the bottom left, the second half transparent.
-        for (r, alpha) in [(0.25, 1.0), (0.75, 0.4)] {
-            values.extend([r * alpha, 0.5 * alpha, 0.0, alpha]);
-        }
+        let values = vec![0.25, 0.5, 0.0, 1.0, 0.75, 0.5, 0.0, 0.4];
+        let (channels, encoding) = (uvgraft::Channels::Rgba, uvgraft::Encoding::Linear);
+        let texture = Texture::new(Size::new(2, 1), channels, encoding, Texels::F32(values));
         let mut exr = Cursor::new(Vec::new());
-        image::encode_exr_rows(
-            Size::new(2, 1),
-            uvgraft::Channels::Rgba,
-            false,
-            &mut exr,
-            |_, to| {
-                to.copy_from_slice(&values);
-            },
-        )
-        .unwrap();
+        let options = image::WriteOptions::default();
+        let _ = image::encode(&texture.unwrap().into(), image::Format::EXR, &options, &mut exr)
+            .unwrap();
         let map = parse(exr.get_ref()).unwrap();
         assert_eq!(map.stats().linked, 1);
         assert_eq!(positions(&map)[0], [0.25, 0.5]);

@@ -14,7 +14,7 @@ use zip::ZipWriter;
 use super::for_each_texel;
 use crate::arrays::{stored_entry, write_text};
 use crate::numpy::write_header;
-use crate::output::write_atomically;
+use uvgraft_files::output::write_atomically;
 
 /// How a position u of 0 to 1 is stored for `grid_sample`, which with `align_corners=True` takes −1
 /// and 1 for the *centres* of the first and the last texel.

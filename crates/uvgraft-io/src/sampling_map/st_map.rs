@@ -8,11 +8,11 @@
 use std::io::{Seek, Write};
 use std::path::Path;
 
-use uvgraft::{Channels, SamplingMap};
+use uvgraft::{Channels, Depth, Encoding, SamplingMap, Size, Texels, Texture};
 
 use super::for_each_texel;
-use crate::image::{EncodeError, encode_exr_rows};
-use crate::output::write_atomically;
+use uvgraft_files::output::write_atomically;
+use uvgraft_image::{BandEncoder, EncodeError, Format, TextureSpec, WriteOptions};
 
 /// Writes a map as an ST map: an OpenEXR image of 32-bit floats with ZIP compression.
 ///
@@ -24,12 +24,21 @@ use crate::output::write_atomically;
 /// # Errors
 /// [`EncodeError`], in practice that of `out`.
 pub fn write_st_map(map: &SamplingMap, out: &mut (impl Write + Seek)) -> Result<(), EncodeError> {
-    encode_exr_rows(map.size(), Channels::Rgba, true, out, |row, values| {
-        values.fill(0.0);
-        for_each_texel(map, row as u32, |x, [u, v], _| {
+    let Size { width, height } = map.size();
+    let (channels, depth, encoding) = (Channels::Rgba, Depth::F32, Encoding::Data);
+    let spec = TextureSpec { size: map.size(), channels, depth, encoding };
+    let options = WriteOptions::default().compress(true);
+    let mut encoder = BandEncoder::new(out, Format::EXR, spec, None, &options)?;
+    for row in 0..height {
+        let mut values = vec![0.0; 4 * width as usize];
+        for_each_texel(map, row, |x, [u, v], _| {
             values[4 * x..4 * x + 4].copy_from_slice(&[u as f32, (1.0 - v) as f32, 1.0, 1.0]);
         });
-    })
+        let size = Size::new(width, 1);
+        let row = Texture::new(size, channels, encoding, Texels::F32(values));
+        encoder.push(&row.expect("four values a texel"))?;
+    }
+    encoder.finish().map(drop)
 }
 
 /// Writes a map to an EXR file atomically; see [`write_st_map`].

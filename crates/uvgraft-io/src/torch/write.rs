@@ -7,7 +7,7 @@ use zip::write::SimpleFileOptions;
 use zip::{CompressionMethod, ZipWriter};
 
 use crate::arrays::named::NamedArrays;
-use crate::output::write_atomically;
+use uvgraft_files::output::write_atomically;
 
 /// Writes the arrays as a dict of 32-bit float tensors for `torch.load`, also with `weights_only`;
 /// strings are not written.

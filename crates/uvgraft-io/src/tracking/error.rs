@@ -1,8 +1,8 @@
 //! Errors of tracked folders.
 
 use crate::arrays::ArraysError;
-use crate::image::ImageError;
-use crate::input::ReadError;
+use uvgraft_files::input::ReadError;
+use uvgraft_image::ImageError;
 
 /// Why the output of a head tracker was rejected.
 #[derive(Debug, thiserror::Error)]

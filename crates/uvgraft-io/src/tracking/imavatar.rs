@@ -24,8 +24,8 @@ use super::flame::{FlameParameters, coefficients, fixed};
 use super::json::{self, First, Frames};
 use super::paths::{Reach, existing, number, optional, stated};
 use super::{Subset, TrackedCamera, TrackedFrame};
-use crate::image;
-use crate::input::ReadError;
+use uvgraft_files::input::ReadError;
+use uvgraft_image as image;
 
 const FILE: &str = "flame_params.json";
 const WANTED: &str = "FLAME parameters for IMavatar";

@@ -19,7 +19,7 @@ use super::flame::{FlameParameters, MAX_COEFFICIENTS, Shared, coefficients, from
 use super::paths::{Reach, existing, number, optional, stated};
 use super::transforms::{self, Frame, Optics};
 use super::{Subset, TrackedCamera, TrackedFrame, check_frames};
-use crate::input::{Input, ReadError};
+use uvgraft_files::input::{Input, ReadError};
 
 /// Maximum size of a list of coefficients.
 const MAX_BYTES: u64 = 1 << 16;

@@ -9,7 +9,7 @@ use serde::{Deserialize, Deserializer};
 
 use super::MAX_FRAMES;
 use super::error::{ReadTrackingError, TrackingError};
-use crate::input::Input;
+use uvgraft_files::input::Input;
 
 /// Maximum size of a JSON file. Recordings of 16 cameras have about 60 MB.
 pub(super) const MAX_JSON_BYTES: u64 = 1 << 28;

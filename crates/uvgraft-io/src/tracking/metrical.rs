@@ -24,8 +24,8 @@ use super::paths::{existing, files_with, number, optional};
 use super::rotation::{from_six, transposed};
 use super::{Subset, TrackedCamera, TrackedFrame, check_frames};
 use crate::arrays::{NamedArrays, NumericArray};
-use crate::input::{Input, ReadError};
 use crate::torch;
+use uvgraft_files::input::{Input, ReadError};
 
 /// Maximum size of a checkpoint. They have about 10 kB.
 const MAX_BYTES: u64 = 1 << 24;

@@ -35,7 +35,7 @@ use std::sync::Arc;
 pub use self::camera::TrackedCamera;
 pub use self::error::{ReadTrackingError, TrackingError};
 pub use self::flame::FlameParameters;
-use crate::input::ReadError;
+use uvgraft_files::input::ReadError;
 
 /// Maximum number of frames of a folder.
 pub const MAX_FRAMES: usize = 1 << 18;

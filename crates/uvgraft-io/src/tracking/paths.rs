@@ -4,8 +4,8 @@ use std::io;
 use std::path::{Component, Path, PathBuf};
 
 use super::error::{ReadTrackingError, TrackingError};
-use crate::input::ReadError;
 use crate::obj::shown;
+use uvgraft_files::input::ReadError;
 
 /// What stated paths may reach. They are compared as written; links are the user's own and are
 /// followed.

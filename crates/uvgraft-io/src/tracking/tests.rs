@@ -13,7 +13,7 @@ use uvgraft::texture::{Channels, Size, Texels, Texture};
 use self::frames::{Checkpoint, metrical_folder};
 use super::*;
 use crate::arrays::{NamedArrays, NumericArray, save_npz};
-use crate::image::{self, WriteOptions};
+use uvgraft_image::{self as image, WriteOptions};
 
 fn put_image(path: &Path, size: Size) {
     std::fs::create_dir_all(path.parent().unwrap()).unwrap();

@@ -23,7 +23,7 @@ use super::paths::{Reach, existing, files_with, optional, stated};
 use super::transforms::{self, Frame, Optics};
 use super::{Subset, TrackedFrame, check_frames};
 use crate::arrays::{self, NamedArrays};
-use crate::input::{Input, ReadError};
+use uvgraft_files::input::{Input, ReadError};
 
 /// Maximum size of a file of parameters. Those with offsets have about 150 kB.
 const MAX_BYTES: u64 = 1 << 26;

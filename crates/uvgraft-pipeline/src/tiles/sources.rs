@@ -3,8 +3,8 @@
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
 
-use uvgraft::{Depth, Direction, Encoding, Pair, Tile, TileAtlas};
-use uvgraft_io::image::{self, Format, Image, WriteOptions};
+use uvgraft::{Depth, Direction, Encoding, Pair, Tile, TileAtlas, tile_atlas};
+use uvgraft_image::{self as image, Image, WriteOptions};
 
 use super::has_placeholder;
 use super::names::{Pattern, numbered};
@@ -114,20 +114,15 @@ impl TiledSource {
         }
         let textures: Vec<_> =
             images.into_iter().map(|image| image.texture.converted(channels, depth)).collect();
-        let texture = atlas.stitch(&textures).or_input().map_err(named)?;
+        let texture = tile_atlas::stitch(&atlas, &textures).or_input().map_err(named)?;
         drop(textures);
         // Formats that keep every value.
-        let format = match (depth, encoding) {
-            (Depth::U8 | Depth::U16, _) => Format::Png,
-            (Depth::F32, Encoding::Linear) => Format::Exr,
-            (Depth::F32, _) => Format::Tiff,
+        let name = match (depth, encoding) {
+            (Depth::U8 | Depth::U16, _) => "atlas.png",
+            (Depth::F32, Encoding::Linear) => "atlas.exr",
+            (Depth::F32, _) => "atlas.tiff",
         };
-        let extension = match format {
-            Format::Png => "png",
-            Format::Exr => "exr",
-            _ => "tiff",
-        };
-        let path = folder.join("atlas").with_extension(extension);
+        let path = folder.join(name);
         let image = Image { texture, icc };
         let written = image::write(&image, &path, &WriteOptions::default());
         // What the atlas cannot keep, such as the ICC profile of an EXR, is not worth a warning.

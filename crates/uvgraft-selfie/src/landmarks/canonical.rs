@@ -1,6 +1,6 @@
 //! The average face whose vertices are the landmarks.
 
-use uvgraft_io::face_networks::CanonicalMesh;
+use crate::face_networks::CanonicalMesh;
 
 /// The canonical face of MediaPipe, and which landmarks mirror each other.
 #[derive(Debug, Clone, PartialEq)]

@@ -8,8 +8,8 @@
 //! Kartynnik et al., "Real-time Facial Surface Geometry from Monocular Video on Mobile GPUs", 2019, and
 //! the graph `face_landmark` of MediaPipe for the margins of crops.
 
+use crate::face_networks::LANDMARKS;
 use uvgraft::threads;
-use uvgraft_io::face_networks::LANDMARKS;
 
 use super::FoundFace;
 use super::detector::logistic;

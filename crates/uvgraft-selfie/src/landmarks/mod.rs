@@ -18,8 +18,8 @@ pub mod refusal;
 pub mod regions;
 mod search;
 
+use crate::face_networks::FaceModels;
 use uvgraft::Texture;
-use uvgraft_io::face_networks::FaceModels;
 
 pub use canonical::CanonicalFace;
 pub use iris::Iris;

@@ -1,7 +1,7 @@
 //! From the operators of a model to layers: shapes are checked and constants are resolved here, once,
 //! so that running a network cannot fail.
 
-use uvgraft_io::tflite::{Activation, Model, Operator, OperatorKind, Tensor, Values, Window};
+use crate::tflite::{Activation, Model, Operator, OperatorKind, Tensor, Values, Window};
 
 use super::layer::{Convolution, Layer, Shape, Windows};
 use super::{NetworkError, Step, fast};

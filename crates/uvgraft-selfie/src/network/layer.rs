@@ -1,6 +1,6 @@
 //! Layers of a network: what an operator of a model means for tensors of known shapes.
 
-use uvgraft_io::tflite::Activation;
+use crate::tflite::Activation;
 
 /// Height, width and channels of an image-like tensor of one picture.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

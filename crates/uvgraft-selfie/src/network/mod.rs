@@ -1,6 +1,6 @@
 //! Runs small convolutional networks on the processor, in single precision.
 //!
-//! A [`Network`] is built from a model of TensorFlow Lite ([`uvgraft_io::tflite`]). Convolutions have a
+//! A [`Network`] is built from a model of TensorFlow Lite ([`crate::tflite`]). Convolutions have a
 //! scalar reference, which is the specification ([`Network::run_reference`]), and a fast path that
 //! gives the same bits. A network runs on the calling thread, so its result cannot depend on their
 //! number; callers run it on several inputs at once.
@@ -12,8 +12,8 @@ mod reference;
 #[cfg(test)]
 mod tests;
 
+use crate::tflite::Model;
 use layer::{Convolution, Layer};
-use uvgraft_io::tflite::Model;
 
 /// A network that is ready to run.
 #[derive(Debug, Clone)]

@@ -1,7 +1,7 @@
 //! The scalar reference: what each layer computes. Written to be read, never tuned; the fast path
 //! adds in the same order and is tested to give the same bits.
 
-use uvgraft_io::tflite::Activation;
+use crate::tflite::Activation;
 
 use super::layer::{Convolution, Shape, Windows};
 

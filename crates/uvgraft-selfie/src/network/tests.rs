@@ -1,6 +1,4 @@
-use uvgraft_io::tflite::{
-    Activation, Element, Model, Operator, OperatorKind, Tensor, Values, Window,
-};
+use crate::tflite::{Activation, Element, Model, Operator, OperatorKind, Tensor, Values, Window};
 
 use super::*;
 

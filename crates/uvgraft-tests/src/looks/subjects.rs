@@ -5,7 +5,7 @@ use std::sync::Arc;
 
 use uvgraft::{BlendOptions, Graft, Pair, Size, Sizes, Texture, Tone};
 use uvgraft_figure::Figure;
-use uvgraft_io::image;
+use uvgraft_image as image;
 
 use super::measure::{Bench, Case, Figures};
 use super::{BodyFrame, BodyLook, FaceLook, HeadFrame, Labels, LayoutSpots, frame};

@@ -6,7 +6,7 @@ use std::sync::Arc;
 use glam::{DMat3, DVec3};
 use uvgraft::correspond::similarity::Similarity;
 use uvgraft::{Mesh, Texture};
-use uvgraft_io::face_networks::import::{Imported, import};
+use uvgraft_selfie::face_networks::import::{Imported, import};
 use uvgraft_selfie::landmarks::{FaceChoice, FaceError, FaceNetworks};
 use uvgraft_selfie::{
     Camera, Fit, FittedPhoto, Head, HeadError, PhotoLandmarks, Pixels, SelfieTexture,

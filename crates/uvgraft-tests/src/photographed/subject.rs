@@ -4,7 +4,8 @@ use std::path::Path;
 
 use uvgraft::{Anatomy, Mesh, Size, Texture};
 use uvgraft_figure::{Figure, paint_body, paint_head};
-use uvgraft_io::{image, obj};
+use uvgraft_image as image;
+use uvgraft_io::obj;
 
 use crate::looks::{Collar, FaceLook, HeadFrame, Label, LayoutSpots, SkinTone, Spot};
 use crate::real;

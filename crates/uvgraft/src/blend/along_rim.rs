@@ -1,6 +1,11 @@
 //! Tone correction from the colours along the boundary alone: their robust ratio, extended over the
 //! surface.
 
+use uvgraft_surface::mesh::Mesh;
+use uvgraft_surface::piece::{FacePiece, mixed, wide};
+use uvgraft_surface::statistics::ColorMatch;
+use uvgraft_surface::threads::map_indices;
+
 use super::harmonic::Harmonic;
 use super::rim::{Difference, Rim, Side};
 use super::selection::BlendDomain;
@@ -8,13 +13,9 @@ use super::tone::{GAINS, Matrix};
 use super::toning::{BaseSkin, Recolor, Recolored, ToneError};
 use super::{Blend, Measure, Tone};
 use crate::color::Encoding;
-use crate::mesh::Mesh;
-use crate::piece::{FacePiece, mixed, wide};
 use crate::sampler::Sampler;
 use crate::skin::SkinModel;
-use crate::statistics::ColorMatch;
 use crate::texture::Texture;
-use crate::threads::map_indices;
 
 type Rgb = [f32; 3];
 

@@ -3,19 +3,18 @@
 use std::ops::Range;
 
 use fearless_simd::{Level, Simd};
-
-use crate::color::{Encoding, linear_from_srgb, srgb_from_linear};
-use crate::map::SamplingMap;
-use crate::simd::dispatch;
-use crate::texture::{Channels, Value};
-use crate::threads::for_each_with;
+use uvgraft_surface::threads::for_each_with;
 
 use super::compose::Composition;
 use super::field::{Line, Slope};
 use super::skin_mask::SkinMask;
 use super::stretch::{Plane, RowGains, STRETCH, join, lanes, split};
 use super::tone::{Matrix, toned};
+use crate::color::{Encoding, linear_from_srgb, srgb_from_linear};
+use crate::map::SamplingMap;
+use crate::simd::dispatch;
 use crate::skin::SkinModel;
+use crate::texture::{Channels, Value};
 
 /// How the texels of a base are recoloured.
 #[derive(Debug, Clone)]
@@ -212,9 +211,10 @@ impl BaseLayer<'_> {
 
 #[cfg(test)]
 mod tests {
+    use uvgraft_surface::mesh::Mesh;
+
     use super::*;
     use crate::map::MapOptions;
-    use crate::mesh::Mesh;
     use crate::texture::{Size, Texels, Texture};
 
     fn compare<T: Value + std::fmt::Debug, const C: usize>(value: fn(&mut fastrand::Rng) -> T) {

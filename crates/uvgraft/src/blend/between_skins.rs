@@ -3,22 +3,23 @@
 
 use std::sync::Arc;
 
+use uvgraft_surface::anatomy::Area;
+use uvgraft_surface::statistics::ColorMatch;
+use uvgraft_surface::threads::map_indices;
+
 use super::report::{ToneReport, lightness};
 use super::rim::{Rim, Side};
 use super::skins::{BodySkin, SkinSample, Skins, mean};
 use super::tone::{GAINS, Matrix, gain_between, toned};
 use super::toning::{BaseSkin, Recolor, Recolored, ToneError};
 use super::{Blend, Measure, Tone};
-use crate::anatomy::Area;
 use crate::area_colors;
 use crate::color::Encoding;
 use crate::color::delta_e;
 use crate::labels::{Label, Labels, body_skin};
 use crate::sampler::Sampler;
 use crate::skin::SkinModel;
-use crate::statistics::ColorMatch;
 use crate::texture::Texture;
-use crate::threads::map_indices;
 
 type Rgb = [f32; 3];
 
@@ -265,7 +266,8 @@ impl Blend {
         let mesh = self.domain.mesh();
         let sampler = Sampler::new(base);
         let found = map_indices(mesh.faces().len(), |face| {
-            let uv = super::along_rim::centroid(crate::piece::wide(mesh.uv_triangle(face)));
+            let uv =
+                super::along_rim::centroid(uvgraft_surface::piece::wide(mesh.uv_triangle(face)));
             let [r, g, b, alpha] = sampler.rgba_as(uv, Encoding::Srgb);
             (alpha >= 0.5 && model.weight([r, g, b]) > 0.5).then_some([r, g, b])
         });

@@ -6,17 +6,18 @@
 
 use std::sync::Arc;
 
+use uvgraft_surface::anatomy::Area;
+use uvgraft_surface::mesh::doubled_area;
+use uvgraft_surface::piece::wide;
+use uvgraft_surface::raster::corners_px;
+use uvgraft_surface::threads::for_each_chunk;
+
 use super::controls::VALUES;
 use super::field::Slope;
 use super::selection::BlendDomain;
-use crate::anatomy::Area;
 use crate::map::SamplingMap;
-use crate::mesh::doubled_area;
-use crate::piece::wide;
-use crate::raster::corners_px;
 use crate::sampler::Sampler;
 use crate::texture::{Channels, Size, Texture, Value};
-use crate::threads::for_each_chunk;
 
 /// Least anisotropy, as of [`anisotropy`], of the triangles that a part starts from. Origin not
 /// recorded.

@@ -3,6 +3,7 @@
 use std::ops::Range;
 
 use fearless_simd::Level;
+use uvgraft_surface::threads::for_each_with;
 
 use super::controls::{self, VALUES};
 use super::field::{Line, Slope};
@@ -12,7 +13,6 @@ use crate::color::{linear_from_srgb, srgb_from_linear};
 use crate::map::{Run, SamplingMap};
 use crate::resample::{load, store};
 use crate::texture::{Channels, Value};
-use crate::threads::for_each_with;
 
 /// How the texels of a map are laid over a base.
 #[derive(Debug, Clone)]
@@ -292,10 +292,11 @@ fn renormalise(levels: &mut [f32], one: f32) {
 
 #[cfg(test)]
 mod tests {
+    use uvgraft_surface::mesh::Mesh;
+    use uvgraft_surface::pair::{Direction, Pair};
+
     use super::*;
     use crate::map::MapOptions;
-    use crate::mesh::Mesh;
-    use crate::pair::{Direction, Pair};
     use crate::texture::Size;
 
     /// A square texture of eight texels a side, with one triangle over half of it, one unit per
@@ -319,7 +320,7 @@ mod tests {
             let positions = vec![[0.0; 3], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]];
             let faces = [[0, 1, 2]];
             let uv = mesh.uv().to_vec();
-            crate::surface::Surface::new(
+            uvgraft_surface::surface::Surface::new(
                 &Mesh::from_triangles(positions, uv, &faces, &faces).unwrap(),
             )
         };

@@ -2,7 +2,7 @@
 
 use std::collections::HashMap;
 
-use crate::mesh::{Mesh, MeshError};
+use uvgraft_surface::mesh::{Mesh, MeshError};
 
 use super::Blend;
 
@@ -109,10 +109,11 @@ impl MeshBuilder {
 
 #[cfg(test)]
 mod tests {
+    use uvgraft_surface::mesh::Mesh;
+    use uvgraft_surface::pair::{Direction, Pair};
+    use uvgraft_surface::surface::Surface;
+
     use super::super::{BlendDomain, BlendOptions, Growth};
-    use crate::mesh::Mesh;
-    use crate::pair::{Direction, Pair};
-    use crate::surface::Surface;
 
     #[test]
     fn the_boundary_becomes_edges() {

@@ -7,13 +7,13 @@
 
 use std::ops::Range;
 
-use crate::anatomy::Area;
-use crate::islands::Islands;
-use crate::mesh::Mesh;
-use crate::raster::{ScanTriangle, corners_px};
-use crate::texture::{Size, TexelsMut, Texture, Value};
+use uvgraft_surface::anatomy::Area;
+use uvgraft_surface::islands::Islands;
+use uvgraft_surface::mesh::Mesh;
+use uvgraft_surface::raster::{ScanTriangle, corners_px};
 
 use super::selection::BlendDomain;
+use crate::texture::{Size, TexelsMut, Texture, Value};
 
 /// The rim texels, from the inside out, for textures of one size.
 #[derive(Debug, Clone)]

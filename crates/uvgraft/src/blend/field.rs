@@ -1,10 +1,11 @@
 //! Values at the points of a surface, interpolated at the texels of a map.
 
+use uvgraft_surface::mesh::Mesh;
+use uvgraft_surface::raster::corners_px;
+use uvgraft_surface::surface::Surface;
+use uvgraft_surface::threads::map_indices;
+
 use crate::map::{Patch, SamplingMap};
-use crate::mesh::Mesh;
-use crate::raster::corners_px;
-use crate::surface::Surface;
-use crate::threads::map_indices;
 
 /// A value that is linear over the texels of a triangle. Outside the triangle, in its gutter, it is
 /// clamped to the range of the corner values.

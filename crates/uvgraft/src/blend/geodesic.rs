@@ -9,7 +9,7 @@
 use std::cmp::Reverse;
 use std::collections::BinaryHeap;
 
-use crate::surface::Surface;
+use uvgraft_surface::surface::Surface;
 
 /// The distance of each point from the nearest seed; infinite where no path leads, or where it
 /// would be longer than `limit`.
@@ -94,8 +94,9 @@ fn front(surface: &Surface, to: u32, others: [u32; 2], distances: [f64; 2]) -> f
 
 #[cfg(test)]
 mod tests {
+    use uvgraft_surface::mesh::Mesh;
+
     use super::*;
-    use crate::mesh::Mesh;
 
     /// A sheet of `side × side` squares with diagonals in alternating directions and jittered
     /// corners, mapped into space by `place`.

@@ -8,9 +8,8 @@
 //! ones.
 
 use glam::DVec3;
-
-use crate::sparse::Solver;
-use crate::surface::Surface;
+use uvgraft_surface::sparse::Solver;
+use uvgraft_surface::surface::Surface;
 
 /// The least and the greatest weight of an edge. Unclamped, it is negative where the two angles
 /// opposite to the edge add up to more than half a turn, and unbounded where they are sharp.
@@ -159,8 +158,9 @@ fn cotangent(corners: [DVec3; 3], corner: usize) -> f64 {
 
 #[cfg(test)]
 mod tests {
+    use uvgraft_surface::mesh::Mesh;
+
     use super::*;
-    use crate::mesh::Mesh;
 
     /// A sheet of squares with jittered corners.
     fn sheet(side: u32) -> Surface {

@@ -8,7 +8,7 @@ use super::{Blend, BlendOptions, RegionError, Tone, ToneCorrection, ToneError};
 
 impl Blend {
     /// The same blend for a domain whose target has the same surface in another layout, such as
-    /// that of an [`SourceLayout`](crate::SourceLayout). Its bases must have had their tone changed
+    /// that of an [`SourceLayout`](uvgraft_surface::SourceLayout). Its bases must have had their tone changed
     /// already: tones are computed with the original blend and carried over by
     /// [`ToneCorrection::with_layout`].
     ///
@@ -54,12 +54,13 @@ impl ToneCorrection {
 mod tests {
     use std::sync::Arc;
 
+    use uvgraft_surface::mesh::Mesh;
+    use uvgraft_surface::pair::{Direction, Pair};
+    use uvgraft_surface::source_layout::SourceLayout;
+
     use super::*;
     use crate::color::Encoding;
     use crate::graft::Graft;
-    use crate::mesh::Mesh;
-    use crate::pair::{Direction, Pair};
-    use crate::source_layout::SourceLayout;
     use crate::texture::{Channels, Size, Sizes, Texels, Texture};
 
     const SIDE: u32 = 64;

@@ -36,10 +36,8 @@ mod toning;
 use std::sync::Arc;
 
 use crate::color::Encoding;
-use crate::easing::smoothstep;
 use crate::labels::{Label, LabelError, Labels};
 use crate::map::{MapOptions, SamplingMap};
-use crate::pair::Direction;
 use crate::skin::SkinModel;
 use crate::texture::{Channels, Texels, Texture, TextureError};
 use base_layer::{BaseLayer, SkinCriterion};
@@ -53,12 +51,14 @@ use harmonic::Harmonic;
 pub use report::ToneReport;
 use rim::Rim;
 pub use selection::{BlendDomain, Growth, RegionError, Selection};
+use uvgraft_surface::easing::smoothstep;
+use uvgraft_surface::pair::Direction;
 
-pub use crate::pair::Side;
 use skin_mask::SkinMask;
 use tone::Matrix;
 use toning::{BaseSkin, Recolor};
 pub use toning::{ToneCorrection, ToneError};
+pub use uvgraft_surface::pair::Side;
 
 /// Distance from the boundary at which a tone correction measured there has faded out, in multiples
 /// of the distance between the eyes: 5 cm.

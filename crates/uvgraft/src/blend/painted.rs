@@ -1,10 +1,10 @@
 //! The outline of a painted mask on a surface: where it crosses the edges of triangles.
 
 use glam::DVec3;
+use uvgraft_surface::piece::Weights;
+use uvgraft_surface::surface::Surface;
 
-use crate::piece::Weights;
 use crate::sampler::Sampler;
-use crate::surface::Surface;
 use crate::texture::Texture;
 
 /// Steps in which an edge is sampled.

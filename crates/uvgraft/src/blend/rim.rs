@@ -5,15 +5,15 @@ use std::collections::{BinaryHeap, HashMap};
 use std::ops::Range;
 
 use glam::DVec3;
+use uvgraft_surface::piece::{mixed, wide};
+use uvgraft_surface::surface::Surface;
+use uvgraft_surface::threads::map_indices;
 
 use super::selection::BlendDomain;
 use super::tone::gain_between;
 use crate::color::Encoding;
-use crate::piece::{mixed, wide};
 use crate::sampler::Sampler;
-use crate::surface::Surface;
 use crate::texture::Texture;
-use crate::threads::map_indices;
 
 /// The boundary points of a region, and where colours are sampled around them.
 #[derive(Debug, Clone)]
@@ -497,9 +497,10 @@ fn grid() -> impl Iterator<Item = [f64; 3]> {
 
 #[cfg(test)]
 mod tests {
+    use uvgraft_surface::mesh::Mesh;
+    use uvgraft_surface::pair::{Direction, Pair};
+
     use super::*;
-    use crate::mesh::Mesh;
-    use crate::pair::{Direction, Pair};
 
     #[test]
     fn grid_points_are_centroids_of_sub_triangles() {
@@ -531,7 +532,7 @@ mod tests {
     fn rim(domain: &BlendDomain, side: u32, reach: f64) -> Rim {
         let is_in = |k: &u32| [k % side, k / side].iter().all(|k| (4..side - 4).contains(k));
         let inside: Vec<u32> = (0..side * side).filter(is_in).collect();
-        let region = domain.vertices(crate::pair::Side::Target, &inside).unwrap();
+        let region = domain.vertices(uvgraft_surface::pair::Side::Target, &inside).unwrap();
         let levels = domain.signed_distances(&region, 9.0);
         Rim::new(domain, &domain.touched(&region), &levels, reach)
     }

@@ -3,18 +3,17 @@
 use std::sync::{Arc, OnceLock};
 
 use glam::DVec3;
-
-use crate::anatomy::Anatomy;
-use crate::labels::{BodyLayout, HeadLayout, LabelError, Labels};
-use crate::mesh::Mesh;
-use crate::pair::{Direction, Pair, Side};
-use crate::piece::{FacePieces, Weights, mixed, wide};
-use crate::surface::Surface;
-use crate::texture::Texture;
-use crate::threads::join;
+use uvgraft_surface::anatomy::Anatomy;
+use uvgraft_surface::mesh::Mesh;
+use uvgraft_surface::pair::{Direction, Pair, Side};
+use uvgraft_surface::piece::{FacePieces, Weights, mixed, wide};
+use uvgraft_surface::surface::Surface;
+use uvgraft_surface::threads::join;
 
 use super::geodesic;
 use super::painted::{self, MaskUv};
+use crate::labels::{BodyLayout, HeadLayout, LabelError, Labels};
+use crate::texture::Texture;
 
 /// Why a region was refused.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
@@ -502,8 +501,9 @@ impl Selection {
 
 #[cfg(test)]
 mod tests {
+    use uvgraft_surface::mesh::Mesh;
+
     use super::*;
-    use crate::mesh::Mesh;
 
     #[test]
     fn equal_pairs_have_one_domain_and_others_another() {

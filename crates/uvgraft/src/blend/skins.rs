@@ -4,13 +4,14 @@
 //! gain comes from the cheeks, which both sides have, and the boundary only decides on the
 //! remaining correction there.
 
+use uvgraft_surface::anatomy::{Anatomy, Area};
+use uvgraft_surface::mesh::Mesh;
+
 use super::selection::BlendDomain;
 use super::tone::{GAINS, toned};
-use crate::anatomy::{Anatomy, Area};
 use crate::area_colors::{of_area, of_faces, without_outliers};
 use crate::color::delta_e;
 use crate::labels::{Label, Labels};
-use crate::mesh::Mesh;
 use crate::skin::SkinModel;
 use crate::texture::Texture;
 

@@ -7,7 +7,7 @@
 //! contrast; full intensity is never exceeded. Values are encoded sRGB, where ratios are nearly
 //! ratios of light to the power of 1/2.4.
 
-use crate::statistics::ColorMatch;
+use uvgraft_surface::statistics::ColorMatch;
 
 /// The least and the greatest gain. Mapping the darkest skin to the lightest takes a gain of 10,
 /// because the shoulder takes most of it away.

@@ -2,18 +2,18 @@
 
 use std::sync::Arc;
 
-use crate::color::Encoding;
-use crate::labels::Labels;
-use crate::skin::{SkinError, SkinModel};
-use crate::statistics::ColorMatchError;
-use crate::texture::{Texture, TextureError};
+use uvgraft_surface::statistics::ColorMatchError;
+use uvgraft_surface::threads::join;
 
 use super::Blend;
 use super::report::ToneReport;
 use super::selection::BlendDomain;
 use super::skins::Skins;
 use super::tone::Matrix;
-use crate::threads::join;
+use crate::color::Encoding;
+use crate::labels::Labels;
+use crate::skin::{SkinError, SkinModel};
+use crate::texture::{Texture, TextureError};
 
 /// How a blend changes the colours of one texture and its base, and what it leaves out of the
 /// texture.

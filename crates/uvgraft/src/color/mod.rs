@@ -19,7 +19,7 @@ pub enum Encoding {
     Data,
 }
 
-crate::choices!(Encoding {
+uvgraft_surface::choices!(Encoding {
     Srgb => "srgb", "Display-referred values with the sRGB transfer function";
     Linear => "linear", "Linear light";
     Data => "data", "Not a colour";

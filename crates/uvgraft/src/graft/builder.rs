@@ -2,6 +2,8 @@
 
 use std::sync::{Arc, OnceLock};
 
+use uvgraft_surface::pair::{Direction, Pair};
+
 use super::{Blending, Graft, GraftError, Link, Unknown};
 use crate::blend::{Blend, BlendDomain, BlendMap, BlendOptions, Selection};
 use crate::content::Content;
@@ -10,7 +12,6 @@ use crate::formats::Averaging;
 use crate::labels::Labels;
 use crate::map::{MapOptions, Prefer, SamplingMap};
 use crate::normals::NormalFrames;
-use crate::pair::{Direction, Pair};
 use crate::resampler::{MapInputs, Overlap, Resampler};
 use crate::texture::{Size, Sizes, Texture, TextureError};
 

@@ -1,8 +1,9 @@
 //! Errors of making or applying a graft.
 
+use uvgraft_surface::pair::Direction;
+
 use crate::blend::{RegionError, ToneError};
 use crate::overlay::BandError;
-use crate::pair::Direction;
 use crate::texture::{Channels, Size, TextureError};
 
 /// Why a graft could not be made or applied.

@@ -10,6 +10,8 @@ use std::borrow::Cow;
 use std::ops::Range;
 use std::sync::{Arc, OnceLock};
 
+use uvgraft_surface::pair::{Direction, Pair};
+
 use crate::blend::{Blend, BlendMap, Collapsed, EyeRims, Gains, ToneCorrection, ToneError};
 use crate::color::Encoding;
 use crate::content::Content;
@@ -21,7 +23,6 @@ use crate::map::{MapOptions, SamplingMap};
 use crate::normals::{NormalFrames, NormalOptions};
 use crate::operator::Operator;
 use crate::overlay::{Layer, Overlay};
-use crate::pair::{Direction, Pair};
 use crate::plan::{Plan, PlanError};
 #[cfg(doc)]
 use crate::resampler::Overlap;

@@ -1,11 +1,12 @@
 //! Colour evidence: deviation of a texture's colours from the skin of cheeks and nose.
 
+use uvgraft_surface::threads::map_indices;
+
 use super::geodesic::Steps;
 use super::head::HeadLayout;
 use crate::color::LabTables;
 use crate::layout_grid::{GridColors, LayoutGrid, NONE};
 use crate::skin::{SkinError, SkinModel};
-use crate::threads::map_indices;
 
 /// Colour evidence for each texel of the grid.
 #[derive(Debug, Clone)]

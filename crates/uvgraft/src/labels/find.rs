@@ -3,14 +3,15 @@
 //! Cloth, hair and other occluders are connected regions: by colour alone, shadows and moles would
 //! match too. Lips, eyes and brows follow from anatomy and colour.
 
+use uvgraft_surface::easing::smoothstep;
+use uvgraft_surface::threads::map_indices;
+
 use super::evidence::Evidence;
 use super::geodesic::{flood, parts, widened};
 use super::head::HeadLayout;
 use super::{Label, LabelError, Labels};
-use crate::easing::smoothstep;
 use crate::layout_grid::{GridColors, LayoutGrid, NONE};
 use crate::texture::Texture;
-use crate::threads::map_indices;
 
 /// Non-skin regions with at most this many texels, of some 220,000, are moles.
 const MOLE: usize = 70;

@@ -1,10 +1,10 @@
 //! A head's layout: the position of each texel on the head.
 
 use glam::Vec3;
+use uvgraft_surface::anatomy::{Anatomy, AnatomyError, Area};
+use uvgraft_surface::mesh::Mesh;
 
-use crate::anatomy::{Anatomy, AnatomyError, Area};
 use crate::layout_grid::LayoutGrid;
-use crate::mesh::Mesh;
 use crate::texture::Size;
 
 /// Weights of the anatomical areas at each texel.

@@ -18,12 +18,12 @@ mod find;
 mod geodesic;
 mod head;
 
-use crate::anatomy::Anatomy;
 use crate::color::Encoding;
-use crate::mesh::Mesh;
 use crate::texture::{Channels, Size, Texels, Texture};
 pub(crate) use body::{BodyLayout, body_skin};
 pub(crate) use head::HeadLayout;
+use uvgraft_surface::anatomy::Anatomy;
+use uvgraft_surface::mesh::Mesh;
 
 /// What a texel shows.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
@@ -104,7 +104,7 @@ impl Label {
 pub enum LabelError {
     /// The mesh has no head.
     #[error(transparent)]
-    Anatomy(#[from] crate::anatomy::AnatomyError),
+    Anatomy(#[from] uvgraft_surface::anatomy::AnatomyError),
     /// The mesh has a head, but its face is not transferred.
     #[error("the face is not part of the transfer")]
     Cheeks,

@@ -2,12 +2,13 @@
 
 use std::ops::Range;
 
+use uvgraft_surface::islands::Islands;
+use uvgraft_surface::pair::Pair;
+use uvgraft_surface::threads::map_indices_with;
+
 use super::precedence::Precedence;
 use super::rows::{BLOCK_ROWS, Draft, Rows};
 use super::{MapOptions, MapStats, Run, SamplingMap, build};
-use crate::islands::Islands;
-use crate::pair::Pair;
-use crate::threads::map_indices_with;
 
 impl SamplingMap {
     /// Source positions of overlapping texels if the last of their owners had them rather than the
@@ -79,10 +80,11 @@ fn for_each_shared(a: &[Run], b: &[Run], mut visit: impl FnMut(&Run, &Run, Range
 
 #[cfg(test)]
 mod tests {
+    use uvgraft_surface::mesh::Mesh;
+    use uvgraft_surface::pair::Direction;
+
     use super::*;
     use crate::map::Prefer;
-    use crate::mesh::Mesh;
-    use crate::pair::Direction;
     use crate::texture::Size;
 
     /// Squares of two triangles each, given by left, top, right and bottom, and by their position

@@ -1,15 +1,16 @@
 //! Building a map: patches first, then runs, in blocks of rows.
 
+use uvgraft_surface::pair::{Direction, Oriented};
+use uvgraft_surface::piece::wide;
+use uvgraft_surface::threads::{extend_indices, join, map_indices, map_indices_with};
+
 use super::coverage::{LayoutTriangles, Span, Sweep};
 use super::cut::{FacePatch, FacePatches};
 use super::gutter::{Border, Winners};
 use super::gutter_rows::{GutterRows, merge};
 use super::rows::{Block, Draft, Rows};
 use super::{Affine, MapStats, Patch, Precedence, Run, SamplingMap, has_area, sides};
-use crate::pair::{Direction, Oriented};
-use crate::piece::wide;
 use crate::texture::Size;
-use crate::threads::{extend_indices, join, map_indices, map_indices_with};
 
 /// Builds a map in parallel over blocks of rows.
 ///

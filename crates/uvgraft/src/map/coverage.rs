@@ -2,13 +2,14 @@
 
 use std::ops::Range;
 
+use uvgraft_surface::bits;
+use uvgraft_surface::mesh::Mesh;
+use uvgraft_surface::raster::{ScanTriangle, in_texels};
+use uvgraft_surface::threads::{map_indices, map_indices_with};
+
 use super::precedence::Precedence;
 use super::rows::{BLOCK_ROWS, Draft, RowBlocks, Rows};
-use crate::bits;
-use crate::mesh::Mesh;
-use crate::raster::{ScanTriangle, in_texels};
 use crate::texture::{Size, Texture};
-use crate::threads::{map_indices, map_indices_with};
 
 /// The owner of every texel that a layout covers, as spans per row.
 ///

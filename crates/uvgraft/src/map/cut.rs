@@ -3,9 +3,10 @@
 //! Ownership among overlapping faces is decided for whole faces. Only then are the texels of a face
 //! divided among its pieces, so pieces never change what a layout covers.
 
+use uvgraft_surface::piece::{Weights, mixed};
+use uvgraft_surface::raster::ScanTriangle;
+
 use super::coverage::Span;
-use crate::piece::{Weights, mixed};
-use crate::raster::ScanTriangle;
 use crate::texture::Size;
 
 /// The patches of each face.

@@ -5,11 +5,12 @@
 
 use std::sync::atomic::{AtomicUsize, Ordering};
 
+use uvgraft_surface::pair::Direction;
+use uvgraft_surface::threads::map_indices;
+
 use super::rows::{BLOCK_ROWS, Draft, Rows};
 use super::{Affine, MapStats, Patch, Run, SamplingMap};
-use crate::pair::Direction;
 use crate::texture::{Size, Texture};
-use crate::threads::map_indices;
 
 /// Why positions do not make a map.
 #[derive(Debug, Clone, Copy, PartialEq, thiserror::Error)]
@@ -251,11 +252,12 @@ fn shortest<const N: usize>(differences: [Option<[f64; 2]>; N]) -> Option<[f64; 
 
 #[cfg(test)]
 mod tests {
+    use uvgraft_surface::mesh::Mesh;
+    use uvgraft_surface::pair::Pair;
+    use uvgraft_surface::piece::Piece;
+
     use super::*;
     use crate::map::MapOptions;
-    use crate::mesh::Mesh;
-    use crate::pair::Pair;
-    use crate::piece::Piece;
 
     /// The positions of all texels of a map as 32-bit floats.
     fn positions(map: &SamplingMap) -> Vec<[f32; 2]> {

@@ -11,14 +11,15 @@
 use std::collections::HashSet;
 use std::ops::Range;
 
+use uvgraft_surface::islands::{BoundaryEdge, Islands};
+use uvgraft_surface::mesh::Mesh;
+use uvgraft_surface::raster::corners_px;
+use uvgraft_surface::threads::map_indices;
+
 use super::cut::{FacePatch, FacePatches};
 use super::rows::RowBlocks;
 use super::{Affine, FAR_PX};
-use crate::islands::{BoundaryEdge, Islands};
-use crate::mesh::Mesh;
-use crate::raster::corners_px;
 use crate::texture::Size;
-use crate::threads::map_indices;
 
 /// Distance beyond an edge up to which source positions are extrapolated, in target texels, and
 /// never more than a third of the triangle's height. When the result is filtered bilinearly at the

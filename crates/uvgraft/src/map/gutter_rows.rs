@@ -6,13 +6,14 @@
 
 use std::ops::Range;
 
+use uvgraft_surface::bits;
+use uvgraft_surface::islands::Islands;
+
 use super::Run;
 use super::coverage::Span;
 use super::gutter::{Border, Edge, FRINGE_PX, Winners, ZONES, Zone};
 use super::rows::Draft;
 use super::tiles::{TILE, tiles};
-use crate::bits;
-use crate::islands::Islands;
 
 /// Upper bound of the rounding error in distances from edges that are not far away, in texels.
 const ROUNDING_PX: f64 = 1e-3;

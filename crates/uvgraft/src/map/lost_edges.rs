@@ -1,8 +1,9 @@
 //! Boundary edges of islands whose inner side belongs to another island.
 
+use uvgraft_surface::threads::map_indices;
+
 use super::coverage::{Coverage, LayoutTriangles};
 use super::precedence::Precedence;
-use crate::threads::map_indices;
 
 impl LayoutTriangles {
     /// For each boundary edge, whether another island owns the texels on its inner side, so that a

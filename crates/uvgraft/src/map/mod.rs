@@ -25,9 +25,10 @@ pub(crate) use region::Region;
 pub(crate) use rows::BLOCK_ROWS;
 pub(crate) use tiles::{TILE, Tiles, tiles};
 
+use uvgraft_surface::mesh::Mesh;
+use uvgraft_surface::pair::{Direction, Oriented, Pair};
+
 use crate::color::Encoding;
-use crate::mesh::Mesh;
-use crate::pair::{Direction, Oriented, Pair};
 use crate::texture::{Channels, Size, Texels, Texture};
 use gutter::{FRINGE_PX, REACH_PX};
 use rows::Rows;
@@ -290,8 +291,9 @@ impl SamplingMap {
 
 #[cfg(test)]
 mod tests {
+    use uvgraft_surface::piece::Piece;
+
     use super::*;
-    use crate::piece::Piece;
 
     /// Triangles at random positions, overlapping, some with corners far outside the texture.
     fn scattered(rng: &mut fastrand::Rng, far: f32) -> Mesh {

@@ -1,8 +1,8 @@
 //! Precedence among overlapping islands: which of them owns the texels that they share.
 
-use crate::islands::Islands;
-use crate::mesh::Mesh;
-use crate::pair::Oriented;
+use uvgraft_surface::islands::Islands;
+use uvgraft_surface::mesh::Mesh;
+use uvgraft_surface::pair::Oriented;
 
 /// Which of several islands that cover the same texels owns them, together with a fringe around it:
 /// where two eyes share a disc, one eye is shown whole.
@@ -22,7 +22,7 @@ pub enum Prefer {
     Right,
 }
 
-crate::choices!(Prefer {
+uvgraft_surface::choices!(Prefer {
     First => "first", "The island whose faces come first in the mesh";
     Left => "left", "The island on the person's left (largest x)";
     Right => "right", "The island on the person's right (smallest x)";

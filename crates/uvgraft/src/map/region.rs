@@ -2,15 +2,16 @@
 
 use std::ops::Range;
 
+use uvgraft_surface::bits;
+use uvgraft_surface::mesh::Mesh;
+use uvgraft_surface::threads::map_indices_with;
+
 use super::FAR_PX;
 use super::coverage::LayoutTriangles;
 use super::rows::{BLOCK_ROWS, Draft, Rows};
 use super::tiles::{TILE, Tiles};
 use super::{Patch, SamplingMap};
-use crate::bits;
-use crate::mesh::Mesh;
 use crate::texture::Size;
-use crate::threads::map_indices_with;
 
 /// A set of texels: for each row sorted ranges of columns that do not touch.
 #[derive(Debug, Clone)]

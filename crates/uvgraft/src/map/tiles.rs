@@ -2,8 +2,9 @@
 
 use std::ops::Range;
 
+use uvgraft_surface::bits;
+
 use super::rows::BLOCK_ROWS;
-use crate::bits;
 use crate::texture::Size;
 
 /// Side of a tile in texels; a row of tiles is a block of rows.

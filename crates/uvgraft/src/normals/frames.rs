@@ -1,8 +1,7 @@
 //! The tangent frames of source and target over one piece.
 
 use glam::Vec3;
-
-use crate::tangents::TangentFrame;
+use uvgraft_surface::tangents::TangentFrame;
 
 /// The frames at one point: tangent and normal of the source, in the target's space, then
 /// tangent and normal of the target. Bitangents follow from these.

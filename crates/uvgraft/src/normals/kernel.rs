@@ -126,9 +126,9 @@ fn cross<S: Simd>(a: Vector<S>, b: Vector<S>) -> Vector<S> {
 mod tests {
     use fearless_simd::{Level, dispatch};
     use glam::{DVec3, Vec3};
+    use uvgraft_surface::directions::direction;
 
     use super::*;
-    use crate::directions::direction;
     use crate::normals::frames::Frames;
 
     fn turn_with<const C: usize>(walk: &Walk, texels: &mut [f32]) {

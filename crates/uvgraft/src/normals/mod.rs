@@ -1,7 +1,7 @@
 //! Transfers tangent-space normal maps to another layout.
 //!
 //! A texel of a tangent-space normal map is a direction in the local tangent frame (see
-//! [`crate::tangents`]). Another layout has another frame at the same surface point, so copied
+//! [`uvgraft_surface::tangents`]). Another layout has another frame at the same surface point, so copied
 //! normals point elsewhere: where a chart is rotated, they rotate with it. Here each normal is
 //! transformed from the source's tangent frame to object space, as renderers do, then from the
 //! source mesh's pose to the target's, and finally into the target's tangent frame, as bakers do.
@@ -18,16 +18,16 @@ mod walk;
 pub use self::options::{NormalOptions, NormalY};
 
 use fearless_simd::{Level, Simd, dispatch};
+use uvgraft_surface::pair::{Direction, Oriented, Pair};
+use uvgraft_surface::piece::{FacePiece, mixed, wide};
+use uvgraft_surface::tangents::{TangentFrame, TangentFrames};
+use uvgraft_surface::threads::{for_each_chunk, join, map_indices};
 
 use self::frames::PieceFrames;
 use self::pose::Pose;
 use self::walk::Walk;
 use crate::map::SamplingMap;
-use crate::pair::{Direction, Oriented, Pair};
-use crate::piece::{FacePiece, mixed, wide};
-use crate::tangents::{TangentFrame, TangentFrames};
 use crate::texture::{Channels, Size};
-use crate::threads::{for_each_chunk, join, map_indices};
 
 /// Reorients normals from one layout to another, for one pair and direction. Computed once,
 /// and valid for maps of any size.

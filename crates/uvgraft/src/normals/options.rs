@@ -10,12 +10,12 @@ pub enum NormalY {
     DirectX,
 }
 
-crate::choices!(NormalY {
+uvgraft_surface::choices!(NormalY {
     OpenGl => "opengl", "Y up, as in OpenGL, glTF, Unity and Blender";
     DirectX => "directx", "Y down, as in DirectX and Unreal";
 });
 #[cfg(feature = "serde")]
-crate::choice::serialize_by_name!(NormalY);
+uvgraft_surface::serialize_by_name!(NormalY);
 
 /// The conventions of the source and target normal maps.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Hash)]

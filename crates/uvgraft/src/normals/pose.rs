@@ -1,11 +1,10 @@
 //! The local rotation from the source mesh's pose to the target's.
 
 use glam::{DMat3, DVec3, Vec3};
-
-use crate::pair::Oriented;
-use crate::rotation::Correlation;
-use crate::tangents::corner_positions;
-use crate::threads::map_indices;
+use uvgraft_surface::pair::Oriented;
+use uvgraft_surface::rotation::Correlation;
+use uvgraft_surface::tangents::corner_positions;
+use uvgraft_surface::threads::map_indices;
 
 /// How much better a reflection must explain the edges than a rotation to be accepted: on nearly
 /// flat sheets that bend, it does so by a little. Origin not recorded.
@@ -79,10 +78,11 @@ impl Pose {
 
 #[cfg(test)]
 mod tests {
+    use uvgraft_surface::mesh::Mesh;
+    use uvgraft_surface::pair::{Direction, Pair};
+    use uvgraft_surface::piece::Piece;
+
     use super::*;
-    use crate::mesh::Mesh;
-    use crate::pair::{Direction, Pair};
-    use crate::piece::Piece;
 
     #[test]
     fn cuts_do_not_change_rotations() {

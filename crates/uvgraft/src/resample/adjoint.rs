@@ -6,12 +6,13 @@
 //! gathers from the runs that read it, in the order of the target, and sums do not depend on the
 //! number of threads.
 
+use uvgraft_surface::threads::for_each_chunk;
+
 use super::position::{containing, fraction, near_texture, split};
 use super::{Paths, Walk};
 use crate::filter::{Bilinear, CatmullRom, Filter, Lanczos3, MAX_TAPS, Nearest, Taps};
 use crate::map::{Run, SamplingMap};
 use crate::texture::Size;
-use crate::threads::for_each_chunk;
 
 /// Source rows per band.
 const BAND: u32 = 32;

@@ -5,6 +5,7 @@
 //! the reference in the same order.
 
 use fearless_simd::{Level, Simd, SimdInto, f32x4};
+use uvgraft_surface::threads::for_each_chunk;
 
 use super::prefetch::prefetch;
 use super::stretch::Job;
@@ -15,7 +16,6 @@ use crate::filter::{Bilinear, CatmullRom, Filter, Lanczos3, MAX_TAPS, Taps};
 use crate::map::SamplingMap;
 use crate::simd::dispatch;
 use crate::texture::{Size, Value};
-use crate::threads::for_each_chunk;
 
 /// Number of texels that share one prefetch, issued for the first of them.
 const PREFETCHED: usize = 8;

@@ -75,14 +75,14 @@ mod tests {
     use fearless_simd::Level;
     #[cfg(target_arch = "x86_64")]
     use fearless_simd::Simd;
+    use uvgraft_surface::mesh::Mesh;
+    use uvgraft_surface::pair::{Direction, Pair};
+    use uvgraft_surface::piece::Piece;
 
     use super::position::from_texels;
     use super::*;
     use crate::filter::Filter;
     use crate::map::{MapOptions, Run, SamplingMap};
-    use crate::mesh::Mesh;
-    use crate::pair::{Direction, Pair};
-    use crate::piece::Piece;
     use crate::texture::Size;
 
     /// Triangles scattered over both layouts: some steep, some minified, many beyond the edge.

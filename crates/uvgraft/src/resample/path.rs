@@ -1,13 +1,14 @@
 //! Where the runs of a map read in a source: shared by all kernels, which may differ in how they read
 //! texels, never in which ones.
 
+use uvgraft_surface::threads::map_indices;
+
 use super::footprint::PlannedFootprint;
 use super::position::{TEXEL, containing, from_texels};
 use super::prefetch::{self, prefetch};
 use crate::filter::Filter;
 use crate::map::{Patch, Run, SamplingMap};
 use crate::texture::Size;
-use crate::threads::map_indices;
 
 /// Maximum number of samples per texel and axis under minification, and maximum number of source
 /// texels that they spread over. Texels that span more belong to slivers or to thumbnails.

@@ -2,15 +2,16 @@
 
 use std::ops::Range;
 
+use uvgraft_surface::bits;
+use uvgraft_surface::mesh::Mesh;
+use uvgraft_surface::raster::corners_px;
+use uvgraft_surface::threads::map_indices;
+
 use super::path::{Paths, footprint};
 use super::position::in_texels;
-use crate::bits;
 use crate::filter::Filter;
 use crate::map::{FAR_PX, Patch, SamplingMap, Tiles};
-use crate::mesh::Mesh;
-use crate::raster::corners_px;
 use crate::texture::Size;
-use crate::threads::map_indices;
 
 /// The parts of a source of one size that a map reads.
 pub(crate) struct Reads {

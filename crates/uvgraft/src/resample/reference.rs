@@ -1,9 +1,12 @@
 //! The specification of resampling that every faster path is tested against. Written to be
 //! read; never tuned.
+//!
+//! It shares with the fast paths where samples lie ([`Walk`]), the filters' formulas, and how levels
+//! are stored. What is done with the texels there, in floats and in integers, is written out.
 
 use super::position::{containing, fraction, near_texture, split};
-use super::{Paths, Walk, bytes, load, store};
-use crate::filter::Filter;
+use super::{Paths, Walk, load, store};
+use crate::filter::{Filter, MAX_TAPS};
 use crate::map::SamplingMap;
 use crate::texture::{Size, Value};
 
@@ -14,8 +17,8 @@ use crate::texture::{Size, Value};
 ///
 /// With `ALPHA` the last channel is alpha: colours are filtered premultiplied and composited over
 /// the target. Without it, values replace those of the target. Taps beyond the source read its edge
-/// texels. 8-bit values without alpha are filtered in integers, which round as exact arithmetic
-/// does except within 1/16 level of a tie.
+/// texels. 8-bit values without alpha are filtered in integers ([`WholeFilter`]), which round as exact
+/// arithmetic does except within 1/16 level of a tie.
 ///
 /// # Panics
 /// If a buffer is too short.
@@ -27,6 +30,7 @@ pub fn resample<T: Value, const C: usize, const ALPHA: bool>(
     filter: Filter,
 ) {
     let width = map.size().width as usize;
+    let whole = WholeFilter::new(filter);
     let paths = Paths::new(map, source_size, filter);
     for row in 0..map.size().height {
         for &run in map.row(row) {
@@ -34,7 +38,7 @@ pub fn resample<T: Value, const C: usize, const ALPHA: bool>(
             for k in 0..run.len {
                 let levels = match T::as_bytes(source) {
                     Some(source) if !ALPHA && filter != Filter::Nearest => {
-                        bytes::texel::<C>(&walk, k, source, source_size, filter).map(f32::from)
+                        whole.average::<C>(&walk, k, source, source_size).map(f32::from)
                     }
                     _ => average::<T, C, ALPHA>(&walk, k, source, source_size, filter),
                 };
@@ -101,4 +105,100 @@ fn sample<T: Value, const C: usize, const ALPHA: bool>(
         }
     }
     value
+}
+
+/// A filter in fixed point, for 8-bit values without alpha.
+///
+/// Weights have 14 fraction bits. Texels are filtered across each row first, and the row's value is
+/// truncated to 6 fraction bits, so that it fits 16 bits with its sign; then rows are filtered down,
+/// which leaves 20 fraction bits.
+struct WholeFilter {
+    filter: Filter,
+    /// Of [`Filter::Lanczos3`], the weights at every 1024th of a texel, and at a whole one.
+    phases: Vec<[i32; MAX_TAPS]>,
+}
+
+impl WholeFilter {
+    fn new(filter: Filter) -> Self {
+        let phase = |phase: u16| Self::rounded(filter, f32::from(phase) / 1024.0);
+        let phases =
+            if filter == Filter::Lanczos3 { (0..=1024).map(phase).collect() } else { Vec::new() };
+        Self { filter, phases }
+    }
+
+    /// The weights of a filter with 14 fraction bits, ties to even.
+    fn rounded(filter: Filter, fraction: f32) -> [i32; MAX_TAPS] {
+        filter.weights(fraction).map(|weight| (weight * 16_384.0).round_ties_even() as i32)
+    }
+
+    /// The weights at a distance from a texel's centre, in 2⁻³² texels. Those of a bilinear filter are
+    /// truncated, and add up to 1; those of Lanczos are interpolated between phases, with 15 bits.
+    fn weights(&self, bits: u32) -> [i32; MAX_TAPS] {
+        match self.filter {
+            Filter::Bilinear => {
+                let second = (bits >> 18) as i32;
+                [16_384 - second, second, 0, 0, 0, 0]
+            }
+            Filter::Lanczos3 => {
+                let (phase, between) = ((bits >> 22) as usize, (bits >> 7 & 0x7fff) as i32);
+                std::array::from_fn(|tap| {
+                    let [low, high] = [phase, phase + 1].map(|phase| self.phases[phase][tap]);
+                    low + (((high - low) * between + 0x4000) >> 15)
+                })
+            }
+            Filter::CatmullRom | Filter::Nearest => Self::rounded(self.filter, fraction(bits)),
+        }
+    }
+
+    /// The value at one position, with 20 fraction bits. Truncating the rows lost half of their last bit
+    /// on average, which is added back.
+    fn sample<const C: usize>(&self, source: &[u8], size: Size, position: [i64; 2]) -> [i32; C] {
+        let [(x, bits_x), (y, bits_y)] =
+            [near_texture(position[0], size.width), near_texture(position[1], size.height)]
+                .map(split);
+        let (across, down) = (self.weights(bits_x), self.weights(bits_y));
+        let taps = self.filter.taps();
+        let before = taps as i32 / 2 - 1;
+        std::array::from_fn(|channel| {
+            let mut value = 1 << 13;
+            for b in 0..taps {
+                let y = (y + b as i32 - before).clamp(0, size.height as i32 - 1) as usize;
+                let mut row = 0;
+                for a in 0..taps {
+                    let x = (x + a as i32 - before).clamp(0, size.width as i32 - 1) as usize;
+                    row +=
+                        i32::from(source[(y * size.width as usize + x) * C + channel]) * across[a];
+                }
+                value += (row >> 8) * down[b];
+            }
+            value
+        })
+    }
+
+    /// The mean of a texel's samples, of which there may be 1024: each keeps 12 fraction bits, so that
+    /// their sum fits 32 bits. A single sample is rounded with all of its bits, ties upwards.
+    fn average<const C: usize>(
+        &self,
+        walk: &Walk<'_>,
+        k: u32,
+        source: &[u8],
+        size: Size,
+    ) -> [u8; C] {
+        let [columns, rows] = walk.samples();
+        if [columns, rows] == [1, 1] {
+            let value = self.sample::<C>(source, size, walk.sample(k, 0, 0));
+            return value.map(|value| ((value + (1 << 19)) >> 20).clamp(0, 255) as u8);
+        }
+        let mut sums = [0; C];
+        for b in 0..rows {
+            for a in 0..columns {
+                let value = self.sample::<C>(source, size, walk.sample(k, a, b));
+                for channel in 0..C {
+                    sums[channel] += value[channel] >> 8;
+                }
+            }
+        }
+        let share = 1.0 / ((columns * rows) << 12) as f32;
+        sums.map(|sum| (sum as f32 * share).round_ties_even().clamp(0.0, 255.0) as u8)
+    }
 }

@@ -4,7 +4,7 @@ use std::collections::{BTreeMap, HashSet};
 
 use serde::Serialize;
 use serde_json::Value;
-use uvgraft_io::image;
+use uvgraft_image as image;
 
 use super::super::accessor::Accessors;
 use super::super::asset::Asset;

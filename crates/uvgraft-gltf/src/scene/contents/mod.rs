@@ -9,7 +9,7 @@ mod tests;
 use std::path::Path;
 
 use serde::Serialize;
-use uvgraft_io::input::{Input, ReadError};
+use uvgraft_files::input::{Input, ReadError};
 
 pub use self::images::{ImageContents, ImageUse};
 use super::accessor::Accessors;

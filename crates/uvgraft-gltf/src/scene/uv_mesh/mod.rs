@@ -11,7 +11,7 @@ mod tests;
 use std::path::Path;
 
 use uvgraft::mesh::MeshError;
-use uvgraft_io::input::{Input, ReadError};
+use uvgraft_files::input::{Input, ReadError};
 use uvgraft_io::textured::TexturedMesh;
 
 use self::gather::Gatherer;

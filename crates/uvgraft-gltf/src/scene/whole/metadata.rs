@@ -4,7 +4,7 @@ use std::borrow::Cow;
 use std::collections::BTreeSet;
 
 use serde::Deserialize;
-use uvgraft_io::image::without_metadata;
+use uvgraft_image::without_metadata;
 
 use crate::container::Glb;
 use crate::scene::document::{Buffer, BufferView, Image};

@@ -12,8 +12,8 @@ use std::path::Path;
 
 use serde_json::{Map, Value, json};
 use uvgraft::Texture;
-use uvgraft_io::image::{self, Format, Image, WriteOptions};
-use uvgraft_io::input::{Input, ReadError};
+use uvgraft_files::input::{Input, ReadError};
+use uvgraft_image::{self as image, Format, Image, WriteOptions};
 
 use super::accessor::Accessors;
 use super::asset::{Asset, parse_within};
@@ -157,12 +157,8 @@ impl File {
 
     fn add_image(&mut self, bytes: &[u8]) -> Result<Value, SceneError> {
         self.admit(bytes.len() as u64)?;
-        let kind = match Format::detect(bytes) {
-            Some(Format::Jpeg) => "image/jpeg",
-            Some(Format::WebP) => "image/webp",
-            _ => "image/png",
-        };
-        Ok(json!({ "bufferView": self.add(bytes, json!({})), "mimeType": kind }))
+        let kind = Format::detect(bytes).and_then(PictureFormat::of).unwrap_or(PictureFormat::Png);
+        Ok(json!({ "bufferView": self.add(bytes, json!({})), "mimeType": kind.mime_type() }))
     }
 
     /// Copies all views in order; those compressed by Draco become placeholders.
@@ -268,7 +264,7 @@ fn png(texture: Texture, place: &str) -> Result<Vec<u8>, SceneError> {
     let mut bytes = std::io::Cursor::new(Vec::new());
     let image = Image { texture, icc: None };
     // PNG stores 8-bit values without loss.
-    let _written = image::encode(&image, Format::Png, &WriteOptions::default(), &mut bytes)
+    let _written = image::encode(&image, Format::PNG, &WriteOptions::default(), &mut bytes)
         .map_err(|error| SceneError::content(place, error.to_string()))?;
     Ok(bytes.into_inner())
 }

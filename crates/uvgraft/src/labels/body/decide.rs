@@ -5,13 +5,14 @@
 //! by the contrast along their edge with known skin; single texels would be too noisy for
 //! either. Last, texels near edges are divided, and small holes are filled.
 
+use uvgraft_surface::easing::smoothstep;
+use uvgraft_surface::threads::{for_each_chunk, map_indices};
+
 use super::grow::{Growth, divided, parts};
 use super::layout::{BodyLayout, Detail};
 use super::steps::Steps;
-use crate::easing::smoothstep;
 use crate::layout_grid::{GridColors, NONE};
 use crate::skin::{Deviation, SkinError, SkinModel};
-use crate::threads::{for_each_chunk, map_indices};
 
 /// Growth of skin may cross colour steps of this total, in ΔE.
 const REACH: f32 = 1.5;

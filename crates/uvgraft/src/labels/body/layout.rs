@@ -1,13 +1,14 @@
 //! A body's layout: the position of each texel on the body.
 
+use uvgraft_surface::anatomy::{Anatomy, AnatomyError, Area};
+use uvgraft_surface::edges::Edges;
+use uvgraft_surface::mesh::Mesh;
+use uvgraft_surface::threads::map_indices;
+
 use super::shells::Contacts;
 use super::taps::Taps;
-use crate::anatomy::{Anatomy, AnatomyError, Area};
-use crate::edges::Edges;
 use crate::layout_grid::{LayoutGrid, NONE};
-use crate::mesh::Mesh;
 use crate::texture::Size;
-use crate::threads::map_indices;
 
 /// The side of the grid, in texels.
 const SIDE: u32 = 1024;

@@ -7,12 +7,12 @@
 use std::collections::{HashMap, HashSet};
 
 use glam::Vec3;
+use uvgraft_surface::disjoint::DisjointSets;
+use uvgraft_surface::edges::{Edges, NO_HALF_EDGE};
+use uvgraft_surface::mesh::Mesh;
+use uvgraft_surface::threads::map_indices;
 
-use crate::disjoint::DisjointSets;
-use crate::edges::{Edges, NO_HALF_EDGE};
 use crate::layout_grid::{self, LayoutGrid, ends_uv};
-use crate::mesh::Mesh;
-use crate::threads::map_indices;
 
 type Cell = [i32; 3];
 

@@ -4,13 +4,13 @@
 //! shading and soft shadows extend over many texels, while an edge ends after a few.
 
 use fearless_simd::{Level, Simd};
+use uvgraft_surface::threads::{for_each, map_indices};
 
 use super::barrier::{Barrier, FAINT, barrier};
 use super::layout::BodyLayout;
 use super::taps::next_texel;
 use crate::layout_grid::{GridColors, LayoutGrid, NONE};
 use crate::simd::dispatch;
-use crate::threads::{for_each, map_indices};
 
 /// Costs are in 1/16 ΔE.
 pub(super) const UNITS: f32 = 16.0;

@@ -2,9 +2,10 @@
 
 use std::ops::Range;
 
+use uvgraft_surface::threads::map_indices;
+
 use crate::layout_grid::{LayoutGrid, NONE};
 use crate::texture::Size;
-use crate::threads::map_indices;
 
 /// The neighbour of a texel along an axis: `near` if it is on the island, else the texel
 /// across the UV seam, else the texel itself.

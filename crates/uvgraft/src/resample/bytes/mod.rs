@@ -1,5 +1,5 @@
-//! 8-bit textures without alpha, in integers: the arithmetic that [`reference()`] and all fast
-//! paths share, and the loop over a map's runs.
+//! 8-bit textures without alpha, in integers: the arithmetic of [`reference()`] that all fast paths
+//! share, and the loop over a map's runs.
 //!
 //! Weights have [`WEIGHT_BITS`] fraction bits. Each row of a window is filtered first and
 //! truncated to [`ROW_BITS`] fraction bits, which fit 16 bits with the sign; then the filtered
@@ -14,6 +14,7 @@ mod avx2;
 mod weights;
 
 use fearless_simd::Level;
+use uvgraft_surface::threads::for_each_chunk;
 
 use self::weights::{WEIGHT_BITS, WholeTaps};
 use super::position::{near_texture, split};
@@ -22,7 +23,6 @@ use super::{Paths, Walk};
 use crate::filter::{Bilinear, CatmullRom, Filter, Lanczos3};
 use crate::map::SamplingMap;
 use crate::texture::Size;
-use crate::threads::for_each_chunk;
 
 /// Fraction bits of a filtered row: what 16 bits leave for values up to twice the range.
 const ROW_BITS: u32 = 6;
@@ -61,22 +61,6 @@ fn filtered<const C: usize, F: WholeTaps>(
         }
     }
     value
-}
-
-/// The value of a texel, for [`super::reference::resample`].
-pub(super) fn texel<const C: usize>(
-    walk: &Walk<'_>,
-    k: u32,
-    source: &[u8],
-    size: Size,
-    filter: Filter,
-) -> [u8; C] {
-    match filter {
-        Filter::Nearest => unreachable!("takes a texel as it is"),
-        Filter::Bilinear => texel_clamped::<C, Bilinear>(walk, k, source, size),
-        Filter::CatmullRom => texel_clamped::<C, CatmullRom>(walk, k, source, size),
-        Filter::Lanczos3 => texel_clamped::<C, Lanczos3>(walk, k, source, size),
-    }
 }
 
 /// The value of a texel whose windows may lie anywhere; taps beyond the texture read its edge.
