@@ -98,6 +98,8 @@ impl Shadow {
         // Four points, a quarter of the pixel from its centre along both axes, would widen the box
         // to about this: their variance is that of the box plus a sixteenth.
         let width = width / self.unit_per_texel;
+        // A box's variance is a third of its half width squared: 3 / 16 of the width squared is
+        // added.
         let softness = (self.softness.powi(2) + (0.433 * width).powi(2)).sqrt().min(SOFTEST);
         let [farthest, nearest] = self.range([x, y], softness);
         if nearest <= height {

@@ -163,6 +163,7 @@ impl Camera {
             let by_point =
                 [DVec3::new(f, 0.0, -f * at.x / at.z), DVec3::new(0.0, f, -f * at.y / at.z)];
             for (by_point, error) in by_point.into_iter().zip(residual) {
+                // A small turn `ω` moves the point by `ω × r`, and `g · (ω × r) = ω · (r × g)`.
                 let by_turn = turned.cross(by_point);
                 let row = SVector::<f64, 6>::from_column_slice(&[
                     by_turn.x, by_turn.y, by_turn.z, by_point.x, by_point.y, by_point.z,

@@ -16,7 +16,7 @@ pub(crate) struct ColorModel {
 /// Standard deviations that are added: of lightness, which light changes, and of hue.
 const TOLERANCE: [f64; 3] = [7.0, 2.5, 3.0];
 
-/// Fewest samples.
+/// Fewest samples. Origin not recorded.
 const FEWEST: usize = 60;
 
 impl ColorModel {

@@ -15,7 +15,7 @@ use crate::layout_texels::LayoutTexels;
 use crate::mirror::Mirror;
 use crate::raster::{Squares, sample};
 
-/// Smoothness of colours that spread over the surface, in eye distances.
+/// Smoothness of colours that spread over the surface, in eye distances. Origin not recorded.
 const SPREAD: Smoothness = Smoothness { bending: 0.02, membrane: 0.5 };
 
 /// Texels at the edge of what is known are not quite skin.
@@ -75,6 +75,8 @@ impl<'a> Completion<'a> {
                 (0..3).map(|c| place.weights[c] as f32 * in_mouth[corners[c] as usize]).sum();
             let lip: f32 =
                 (0..3).map(|c| place.weights[c] as f32 * on_lips[corners[c] as usize]).sum();
+            // From the least certain to the most: tone, lips, mouth, hair, the mirror image,
+            // photographs.
             let mut filled = match &lips {
                 Some(lips) => {
                     let lips = of(lips).map(|value| value * (1.0 - between_lips[texel]));
@@ -156,6 +158,7 @@ impl<'a> Completion<'a> {
         /// Radius of the neighbourhood in squares of which the texture's side has so many.
         const SQUARES: u32 = 512;
         const RADIUS: usize = 9;
+        /// Share of the lips' colour that is taken away. Origin not recorded.
         const DARKER: f32 = 0.45;
         let around = Squares::new(self.texels.size(), SQUARES, |texel| [known[texel]]);
         let around = around.blurred(RADIUS);
@@ -187,6 +190,7 @@ impl<'a> Completion<'a> {
         weight: impl Fn(usize) -> f64,
     ) -> Option<Vec<[f64; 3]>> {
         /// Weights of what is known and of plain skin elsewhere, beside the field's smoothness.
+        /// Origin not recorded.
         const KNOWN: f64 = 10.0;
         const PLAIN: f64 = 0.3;
         let vertices = self.head.mesh.positions().len();

@@ -154,7 +154,8 @@ impl View<'_> {
     /// - `photo`: the photograph's colours, sRGB with 1.0 for white, at positions of the drawing in
     ///   pixels.
     pub fn drawn_in(&self, photo: impl Fn([f64; 2]) -> [f32; 3] + Sync) -> Texture {
-        /// Distances of colours at which something covers the skin: perhaps, and certainly.
+        /// Distances of colours at which something covers the skin: perhaps, and certainly. Origin
+        /// not recorded.
         const COVERED: [f32; 2] = [0.25, 0.4];
         let Some(light) = self.light(&photo) else { return self.drawn() };
         self.picture(|px| {
@@ -178,7 +179,7 @@ impl View<'_> {
     fn light(&self, photo: impl Fn([f64; 2]) -> [f32; 3]) -> Option<Irradiance> {
         /// Distance of the samples, in pixels.
         const STEP: usize = 4;
-        /// Least cosine between normal and line of sight.
+        /// Least cosine between normal and line of sight: 78°.
         const FACING: f64 = 0.2;
         /// What reflects less than this share of what cheeks, nose and jaw reflect is no skin: hair
         /// that covers all of a forehead would pass for darkness.

@@ -117,6 +117,7 @@ fn bounded(matrix: &DMatrix<f64>, right: &DVector<f64>) -> Vec<f64> {
             }
             let others: f64 =
                 (0..count).filter(|&j| j != i).map(|j| matrix[(i, j)] * amounts[j]).sum();
+            // The exact minimum along one axis, cut off at 0; convex, so rounds of these converge.
             amounts[i] = ((right[i] - others) / matrix[(i, i)]).max(0.0);
         }
     }

@@ -337,6 +337,7 @@ impl View {
             let seen = self.camera.unproject([x, y], depths[index]);
             let along = outer((seen - self.camera.eye()).normalize());
             let weight = facing[index] * landmark.certainty;
+            // Fully across the line of sight, and little along it.
             let certainty = (DMat3::IDENTITY - along * (1.0 - DEPTH_TRUST)) * weight;
             Sighting { moved: seen - points[index], certainty, along, weight }
         };
@@ -364,6 +365,7 @@ fn places(head: &Head, views: &[View], from: &[Vec<DVec3>]) -> Vec<FieldValue> {
     let seen: Vec<Vec<Sighting>> =
         views.iter().zip(from).map(|(view, from)| view.sightings(head, from)).collect();
     let place = |(index, landmark): (usize, &HeadLandmark)| {
+        // Least squares: `(REST + Σ Cᵢ) x = Σ Cᵢ mᵢ`, with the certainty `Cᵢ` of each photograph.
         let mut matrix = DMat3::from_diagonal(DVec3::splat(REST));
         let mut right = DVec3::ZERO;
         let mut total = 0.0;

@@ -191,7 +191,7 @@ pub(crate) fn in_photograph(
     known: &[HeadLandmark],
     detect: &LandmarkDetector,
 ) -> Option<Vec<HeadLandmark>> {
-    /// The weight of a landmark that is only known from other sides.
+    /// The weight of a landmark that is only known from other sides. Origin not recorded.
     const UNSEEN: f64 = 0.2;
     let unit = drawing.anatomy().frame().unit;
     let [x, y, depth] = camera.project(middle(drawing));

@@ -10,7 +10,7 @@ use crate::outline::{FaceOutlines, Outline};
 /// Radius of an iris, in distances between the eyes: 5.9 of 63 mm.
 const RADIUS: f64 = 0.093;
 
-/// Between the pupil and the dark ring at the edge, in radii.
+/// Between the pupil and the dark ring at the edge, in radii. Origin not recorded.
 const RING: [f64; 2] = [0.42, 0.85];
 
 /// Fewest pixels of the ring.
@@ -36,7 +36,7 @@ pub(crate) fn eye_colors(
 }
 
 fn of_eye(photo: &Texture, eye: &Outline, unit_px: f64) -> Option<EyeColors> {
-    /// Pixels nearer to the lids are lashes or their shadow.
+    /// Pixels nearer to the lids are lashes or their shadow. 0.8 mm where eyes are 63 mm apart.
     const INSIDE: f64 = 0.012;
     let pixels: Vec<([f64; 2], [f32; 3])> = eye
         .pixels(photo.size())

@@ -109,7 +109,7 @@ const LIGHTEST: f64 = 0.55;
 /// How far skin may be lighter than plain skin, as a share; it shines more in a photograph.
 const SHEEN: f64 = 0.4;
 
-/// Fewest samples.
+/// Fewest samples. Origin not recorded.
 const FEWEST: usize = 200;
 
 impl Light {
@@ -152,6 +152,7 @@ impl Light {
         let above = luminance(even) / self.skin - 1.0;
         let mut factor = (LIGHTEST / self.skin).min(1.0);
         if above > 0.0 {
+            // Slope 1 at plain skin, so that highlights begin without an edge.
             factor *= (1.0 + SHEEN * (above / SHEEN).tanh()) / (1.0 + above);
         }
         even.map(|even| srgb_from_linear((even * factor) as f32))
@@ -178,6 +179,7 @@ fn fitted(bases: &[Vector], values: &[f64], weights: &[f64]) -> Option<Vector> {
         }
         for k in 0..9 {
             let band = [0, 1, 1, 1, 2, 2, 2, 2, 2][k];
+            // Samples face the camera: without priors, light from behind would be anything.
             matrix[(k, k)] += total * PRIOR[band] + 1e-9;
         }
         found = matrix.cholesky()?.solve(&right);

@@ -36,6 +36,7 @@ impl ColorMatch {
     /// contrast would vanish; above, 8-bit quantisation noise would show as blotches.
     pub const GAIN: [f64; 2] = [0.5, 2.0];
     /// Limits of the gain in [`ColorMatch::keeping_contrast`], on top of the ratio of the means.
+    /// Origin not recorded.
     pub const CONTRAST: [f64; 2] = [0.87, 1.15];
     /// With fewer finite samples on either side, only the mean is matched: a covariance estimated
     /// from `n` samples has a relative error of about `√(2/n)`, a third at this count.

@@ -13,7 +13,7 @@ use crate::texture::Texture;
 /// Red, green and blue, sRGB; 1.0 is full intensity.
 type Rgb = [f32; 3];
 
-/// Minimum number of colours for an estimate.
+/// Minimum number of colours for an estimate. Origin not recorded.
 const MIN_SAMPLES: usize = 24;
 
 /// Barycentric centroids of the four congruent sub-triangles of a triangle.

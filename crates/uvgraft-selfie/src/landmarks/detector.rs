@@ -12,7 +12,7 @@ use uvgraft::sampler::Beyond;
 use super::photo_pyramid::{Crop, PhotoPyramid};
 use crate::network::{Network, NetworkError};
 
-/// Texels of the network's input along a side.
+/// Texels of the network's input along a side, as it was trained.
 const RESOLUTION: usize = 128;
 
 /// Cells along a side of a grid, and anchors in each cell.

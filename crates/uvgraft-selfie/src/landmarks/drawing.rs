@@ -11,7 +11,7 @@ const RESOLUTION: usize = 96;
 /// Neighbours that differ by less have the same colour: half a level of 8 bits.
 const SAME: f32 = 0.5 / 255.0;
 
-/// Axes of the ellipse that is looked at, in sides of the face's box.
+/// Axes of the ellipse that is looked at, in sides of the face's box. Origin not recorded.
 const ELLIPSE: [f64; 2] = [0.4, 0.45];
 
 /// The part of a face in which neighbouring texels have the same colour. Skin in photographs has shading

@@ -11,7 +11,7 @@ use uvgraft::sampler::Beyond;
 use super::photo_pyramid::{Crop, PhotoPyramid};
 use crate::network::{Network, NetworkError};
 
-/// Texels of the network's input along a side.
+/// Texels of the network's input along a side, as it was trained.
 const RESOLUTION: usize = 64;
 
 /// Side of a crop, in distances between the corners of the eye.

@@ -12,14 +12,14 @@ const BESIDE_CHIN: [(usize, i32); 2] = [(150, -1), (379, 1)];
 
 /// Pixels along a side of the crop that is looked at.
 const RESOLUTION: i32 = 160;
-/// Its side, in widths of the face.
+/// Its side, in widths of the face. Origin not recorded.
 const SIDE: f64 = 2.2;
 /// From how far inside the edge to how far outside it colours are compared, in pixels of the crop: 0.08
 /// and 0.36 widths of the face.
 const RANGE: std::ops::RangeInclusive<i32> = -6..=26;
 /// Distance between compared colours, in pixels of the crop: shading is not as sharp as an outline.
 const STEP: usize = 4;
-/// Brightness below which noise is not taken for an outline.
+/// Brightness below which noise is not taken for an outline. Origin not recorded.
 const DARK: f32 = 0.05;
 
 /// The smaller of the largest changes of colour on the way outwards from the jaw on both sides, as a

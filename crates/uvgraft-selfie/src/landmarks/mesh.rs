@@ -18,7 +18,7 @@ use super::photo_pyramid::{Crop, PhotoPyramid};
 use super::regions::{LEFT_EYE_OUTER, RIGHT_EYE_OUTER};
 use crate::network::{Network, NetworkError};
 
-/// Texels of the network's input along a side.
+/// Texels of the network's input along a side, as it was trained.
 const RESOLUTION: usize = 192;
 
 /// Side of a crop, in sides of the box around a face.

@@ -63,7 +63,7 @@ impl Similarity {
     pub fn robust(pairs: &[[DVec3; 2]], scales: bool) -> Option<Self> {
         /// Rounds of fitting and choosing; the choice settles within a few.
         const ROUNDS: usize = 5;
-        /// Pairs farther apart than this many medians don't count.
+        /// Pairs farther apart than this many medians don't count. Origin not recorded.
         const REACH: f64 = 3.0;
         let mut weights = vec![1.0; pairs.len()];
         let mut found = Self::between(pairs, &weights, scales)?;

@@ -20,9 +20,10 @@ use crate::map::SamplingMap;
 use crate::sampler::Sampler;
 use crate::texture::{Channels, Size, Texture, Value};
 
-/// Least anisotropy, as of [`anisotropy`], of the triangles that a part starts from.
+/// Least anisotropy, as of [`anisotropy`], of the triangles that a part starts from. Origin not
+/// recorded.
 const SEED_RATIO: f64 = 64.0;
-/// Least anisotropy of the triangles that it grows over.
+/// Least anisotropy of the triangles that it grows over. Origin not recorded.
 const GROWTH_RATIO: f64 = 8.0;
 /// Parts below this fraction of all texels are left alone: shards of a few texels are invisible.
 const MIN_SHARE: f64 = 5e-4;

@@ -114,6 +114,7 @@ impl Composition<'_> {
             for run in self.map.row(row) {
                 let columns = run.x as usize..(run.x + run.len) as usize;
                 let change = self.change_of(run, row);
+                // Spans know no alpha, normals, matrices or linear light, and no step within a run.
                 let is_per_texel = ALPHA
                     || self.normals
                     || self.matrix.is_some()

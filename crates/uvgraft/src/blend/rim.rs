@@ -271,6 +271,7 @@ impl Rim {
         let trusted = measured.iter().zip(&trust).filter(|(_, trust)| **trust > 0.5);
         let overall = median_color(trusted.filter_map(|(measured, _)| *measured))?;
         let far = measured.iter().flatten().map(|&d| dist(d, overall));
+        // 1.4826 median deviations are one standard deviation of a normal distribution.
         let spread = (1.4826 * median(far).unwrap_or(0.0)).max(MIN_SPREAD);
         // Outlier weights: brows, hair and collars are unlike the rest.
         let likeness: Vec<f64> = measured

@@ -59,6 +59,7 @@ impl Evidence {
         seeds.extend(nose.iter().step_by((nose.len() / most.max(1)).max(1)).take(most));
         let skin = SkinModel::new(&seeds, &[])?;
         let deviations = skin.deviations();
+        // Texels outside the islands are compared once, for all.
         let of_none = deviations([0.0; 3]);
         let deviation = map_indices(colors.rgb.len(), |texel| {
             if grid.faces()[texel] == NONE { of_none } else { deviations(colors.rgb[texel]) }

@@ -133,6 +133,7 @@ impl<'a> Finder<'a> {
                 (is_near || areas.ears[texel as usize] >= 0.5) && is_alike(texel)
             })
             .collect();
+        // No beard cuts anything off: distances would hardly change.
         if seeds.iter().all(|&texel| step[texel as usize] < 1.0) {
             return;
         }
@@ -222,6 +223,7 @@ impl<'a> Finder<'a> {
             return;
         }
         let steps = &self.evidence.steps;
+        // Paths keep off skin: through the face, cloth would be near the hair as well.
         let from_hair =
             steps.distances(&self.head.grid, seeds.into_iter(), |texel| step[texel as usize] > 0.5);
         for texel in 0..found.len() {
@@ -257,6 +259,7 @@ impl<'a> Finder<'a> {
         let near = self.widened(&found, 2);
         let darkness = self.darkness_of_hair(&found);
         let share = |texel: usize| match darkness {
+            // Hair as light as skin does not mix by light: there the evidence itself is the share.
             Some(dark) => hair_share(light[texel], dark) * (1.0 - cloth[texel]),
             None => unlike[texel],
         };

@@ -121,6 +121,7 @@ fn grid_side(mesh: &Mesh, is_transferred: &[bool]) -> u32 {
         let [a, b, c] = mesh.uv_triangle(face).map(|uv| uv.map(f64::from));
         0.5 * ((b[0] - a[0]) * (c[1] - a[1]) - (b[1] - a[1]) * (c[0] - a[0])).abs()
     };
+    // A face gets as many texels in a body's layout, where it is small, as in its own.
     let share: f64 = faces.map(area).sum::<f64>().clamp(1e-3, 1.0);
     (TEXELS / share).sqrt().clamp(SIDES[0], SIDES[1]).round() as u32
 }

@@ -92,7 +92,7 @@ pub(super) fn opposite(
 ) -> Option<Similarity> {
     /// In distances between the eyes: where the centre of the turned face may belong.
     const OFFSETS: [f64; 3] = [-0.5, 0.0, 0.5];
-    /// How much closer the opposite must be.
+    /// How much closer the opposite must be. Origin not recorded.
     const CLEARER: f64 = 0.6;
     let unit = head.unit * super::HEAD_PER_EYES;
     let [_, up, forward] = head.axes.map(DVec3::from);
@@ -116,6 +116,7 @@ pub(super) fn opposite(
 /// The median distance between the surfaces, from the points of the one that lies closer on the other.
 fn misfit(target: &Shape, goal: &Goal, transform: &Similarity, unit: f64) -> f64 {
     const REACH: f64 = 0.1;
+    /// 60°.
     const COMPATIBLE: f64 = 0.5;
     const SAMPLES: usize = 2000;
     let points = target.points.iter().map(|&point| transform.apply(point)).collect();

@@ -154,7 +154,7 @@ struct SourceCorner {
 
 impl Context<'_> {
     fn triangle(&self, triangle: u32) -> OverTriangle {
-        /// Gaps that are smaller are where the source ends.
+        /// Gaps that are smaller are where the source ends. Origin not recorded.
         const GAP: f64 = 0.1;
         let Some(frame) = Prism::new(self, triangle) else { return OverTriangle::default() };
         let found = self.lay_over(&frame);
@@ -479,6 +479,7 @@ fn seeds([a, b, c]: [DVec3; 3]) -> [DVec3; 4] {
 /// A point's normal, or the nearest direction that rises steeply enough from a triangle: across sharp
 /// folds the mean normal is no direction to project along.
 fn raised(at: DVec3, normal: DVec3) -> DVec3 {
+    /// The sine of 17°.
     const LEAST: f64 = 0.3;
     let along = at.dot(normal);
     match (at - normal * along).try_normalize() {

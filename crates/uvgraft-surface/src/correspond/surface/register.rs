@@ -16,7 +16,8 @@ use crate::sparse::Filled;
 use crate::threads::map_indices;
 use crate::triangle_tree::{Effort, Nearest, TriangleTree};
 
-/// Stiffness of each stage, as shares of the unit, which is about the height of a head.
+/// Stiffness of each stage, as shares of the unit, which is about the height of a head. The values'
+/// origin is not recorded.
 const STAGES: [Stiffness; 6] = [
     Stiffness { bending: 0.08, membrane: 0.0 },
     Stiffness { bending: 0.05, membrane: 0.0 },
@@ -33,10 +34,10 @@ const REPAIRS: usize = 8;
 /// Steps of each stage, at most.
 const STEPS: usize = 4;
 
-/// Points farther away than this share of the unit are no partners.
+/// Points farther away than this share of the unit are no partners. Origin not recorded.
 const REACH: f64 = 0.08;
 
-/// Least cosine between the normals of a point and of its partner.
+/// Least cosine between the normals of a point and of its partner: 72.5°. Origin not recorded.
 const COMPATIBLE: f64 = 0.3;
 
 /// The surface to reach.
@@ -212,6 +213,7 @@ fn untangle(rest: &Shape, moved: &mut Shape) {
 /// Gives chosen points the mean displacement of their neighbours.
 fn average(rest: &Shape, moved: &mut Shape, chosen: &[bool]) {
     let mut sums = vec![(DVec3::ZERO, 0.0); rest.points.len()];
+    // Inner edges are in two triangles and count twice, which changes means at open edges alone.
     for points in &rest.triangles {
         for k in 0..3 {
             let [one, other] = [points[k], points[(k + 1) % 3]].map(|point| point as usize);

@@ -28,7 +28,7 @@ use crate::piece::Piece;
 use crate::statistics::median;
 use crate::surface::Surface;
 
-/// Least share of the smaller mesh's polygons that must be found in the other.
+/// Least share of the smaller mesh's polygons that must be found in the other. Origin not recorded.
 const ENOUGH: f64 = 0.6;
 
 /// Why connectivity does not link two meshes.
@@ -340,7 +340,7 @@ impl<'a> Search<'a> {
     /// whose points lie closest after alignment is kept. Returns how many ways there were; `None`
     /// if there is none, if positions don't tell them apart, or at the end of the work.
     fn grow_by_position(&mut self, rings: &[u32], aligned: Option<Similarity>) -> Option<usize> {
-        /// How much farther off the second best must be.
+        /// How much farther off the second best must be. Origin not recorded.
         const CLEARLY: f64 = 1.05;
         let halves = rings.iter().flat_map(|&ring| self.nets[0].halves(ring));
         let looked_at = Cell::new(0);

@@ -17,7 +17,7 @@ const CORNERS: std::ops::RangeInclusive<usize> = 3..=4;
 ///
 /// `None` if there are few such fans: points of this valence are then ordinary ones.
 pub(super) fn without_centres(rings: &[Vec<u32>]) -> Option<Vec<Vec<u32>>> {
-    /// Least share of rings in fans.
+    /// Least share of rings in fans. Origin not recorded.
     const ENOUGH: f64 = 0.25;
     let mut at_point: Vec<(u32, u32)> = Vec::with_capacity(4 * rings.len());
     for (index, ring) in (0..).zip(rings) {

@@ -44,6 +44,7 @@ type Lab = [f32; 4];
 fn lab(rgb: [f32; 3]) -> Lab {
     let [r, g, b] = rgb.map(|value| value.clamp(0.0, 1.0));
     [
+        // Rows sum to 100, 0 and 0: white is white, and greys have no hue.
         29.0 * r + 65.0 * g + 6.0 * b,
         108.0 * r - 143.0 * g + 35.0 * b,
         44.0 * r + 91.0 * g - 135.0 * b,
