@@ -60,12 +60,6 @@ pub enum EmbedError {
         /// The problem, to complete "a KTX2 image ...".
         problem: &'static str,
     },
-    /// A fallback image is neither PNG nor JPEG.
-    #[error("a fallback image must be PNG or JPEG, got {found:?}")]
-    Fallback {
-        /// The format.
-        found: EmbeddedFormat,
-    },
     /// The encoder failed.
     #[error(transparent)]
     Encode(#[from] EncodeError),

@@ -15,7 +15,6 @@ pub struct EmbeddedImage {
     bytes: Vec<u8>,
     format: EmbeddedFormat,
     size: Size,
-    fallback: Option<Box<Self>>,
 }
 
 impl EmbeddedImage {
@@ -26,12 +25,12 @@ impl EmbeddedImage {
     pub fn new(bytes: Vec<u8>) -> Result<Self, EmbedError> {
         if bytes.starts_with(&ktx2_header::KTX2_IDENTIFIER) {
             let size = ktx2_header::size(&bytes)?;
-            return Ok(Self { bytes, format: EmbeddedFormat::Ktx2, size, fallback: None });
+            return Ok(Self { bytes, format: EmbeddedFormat::Ktx2, size });
         }
         let header = image::decode_header(&bytes)?;
         let format = EmbeddedFormat::of(header.format)
             .ok_or_else(|| EmbedError::Format { found: header.format.name() })?;
-        Ok(Self { bytes, format, size: header.size, fallback: None })
+        Ok(Self { bytes, format, size: header.size })
     }
 
     /// Encodes a texture with 8 bits for each value; PNG is optimised for speed, not size.
@@ -67,7 +66,7 @@ impl EmbeddedImage {
         let options = WriteOptions::default().jpeg_quality(quality);
         // The reported losses can only be alpha and bit depth, dropped above on purpose.
         let _ = image::encode(&texture.into(), file_format, &options, &mut out)?;
-        Ok(Self { bytes: out.into_inner(), format, size, fallback: None })
+        Ok(Self { bytes: out.into_inner(), format, size })
     }
 
     #[cfg(feature = "ktx2")]
@@ -76,25 +75,12 @@ impl EmbeddedImage {
         let texture = texture.converted(channels, Depth::U8);
         let has_alpha = channels.has_alpha() && !is_opaque(&texture);
         let (bytes, size) = super::ktx2::encode(texture, has_alpha)?;
-        Ok(Self { bytes, format: EmbeddedFormat::Ktx2, size, fallback: None })
+        Ok(Self { bytes, format: EmbeddedFormat::Ktx2, size })
     }
 
     #[cfg(not(feature = "ktx2"))]
     fn encode_ktx2(_: Texture) -> Result<Self, EmbedError> {
         Err(EmbedError::NoKtx2)
-    }
-
-    /// Adds a fallback for readers that do not support this image's format. Without one, a WebP or
-    /// KTX2 image makes its extension required.
-    ///
-    /// # Errors
-    /// [`EmbedError::Fallback`] unless the fallback is PNG or JPEG.
-    pub fn with_fallback(mut self, fallback: Self) -> Result<Self, EmbedError> {
-        if !matches!(fallback.format, EmbeddedFormat::Png | EmbeddedFormat::Jpeg) {
-            return Err(EmbedError::Fallback { found: fallback.format });
-        }
-        self.fallback = Some(Box::new(fallback));
-        Ok(self)
     }
 
     /// The encoded bytes.
@@ -110,11 +96,6 @@ impl EmbeddedImage {
     /// Size in texels.
     pub const fn size(&self) -> Size {
         self.size
-    }
-
-    /// The fallback image.
-    pub fn fallback(&self) -> Option<&Self> {
-        self.fallback.as_deref()
     }
 }
 
@@ -164,8 +145,6 @@ mod tests {
         let _ = image::encode(&texture(1.0).into(), Format::TIFF, &options, &mut tiff).unwrap();
         let error = EmbeddedImage::new(tiff.into_inner()).unwrap_err();
         assert!(matches!(error, EmbedError::Format { found: "TIFF" }), "{error}");
-        let webp = EmbeddedImage::encode(texture(1.0), EmbeddedFormat::WebP, 90).unwrap();
-        assert!(matches!(webp.clone().with_fallback(webp), Err(EmbedError::Fallback { .. })));
     }
 
     #[test]

@@ -253,21 +253,13 @@ pub(super) fn json(bytes: &[u8]) -> Value {
 }
 
 #[test]
-fn webp_is_required_unless_there_is_a_fallback() {
+fn webp_is_a_required_extension() {
     let webp = picture(EmbeddedFormat::WebP);
-    let alone = write(&tube(), &AvatarMaterial::new(webp.clone()), &Export::default()).unwrap();
+    let alone = write(&tube(), &AvatarMaterial::new(webp), &Export::default()).unwrap();
     let found = json(&alone.bytes);
     assert_eq!(found["extensionsRequired"][0], "EXT_texture_webp");
     assert_eq!(found["textures"][0]["source"], Value::Null);
     assert_eq!(found["textures"][0]["extensions"]["EXT_texture_webp"]["source"], 0);
-
-    let both = webp.with_fallback(picture(EmbeddedFormat::Jpeg)).unwrap();
-    let both = write(&tube(), &AvatarMaterial::new(both), &Export::default()).unwrap();
-    let found = json(&both.bytes);
-    assert_eq!(found["extensionsUsed"][0], "EXT_texture_webp");
-    assert_eq!(found["extensionsRequired"], Value::Null);
-    assert_eq!(found["textures"][0]["source"], 1);
-    assert_eq!(found["images"][1]["mimeType"], "image/jpeg");
 }
 
 #[test]

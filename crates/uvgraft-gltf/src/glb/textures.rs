@@ -110,18 +110,16 @@ impl Writer<'_> {
 
     fn texture(&mut self, name: &str, picture: &EmbeddedImage) -> TextureInfo {
         let own = self.image(name, picture);
-        let fallback = picture.fallback().map(|fallback| self.image(name, fallback));
         let source = TextureSource { source: own };
-        let is_required = fallback.is_none();
         let (source, extensions) = match picture.format() {
             EmbeddedFormat::Png | EmbeddedFormat::Jpeg => (Some(own), None),
             EmbeddedFormat::WebP => {
-                self.extension("EXT_texture_webp", is_required);
-                (fallback, Some(TextureExtensions::WebP(source)))
+                self.extension("EXT_texture_webp", true);
+                (None, Some(TextureExtensions::WebP(source)))
             }
             EmbeddedFormat::Ktx2 => {
-                self.extension("KHR_texture_basisu", is_required);
-                (fallback, Some(TextureExtensions::Ktx2(source)))
+                self.extension("KHR_texture_basisu", true);
+                (None, Some(TextureExtensions::Ktx2(source)))
             }
         };
         self.textures.push(Texture { sampler: 0, source, extensions });
