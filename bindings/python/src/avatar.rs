@@ -21,7 +21,7 @@ use crate::keywords::{Keywords, extracted};
 use crate::{memory, work};
 
 /// What `uvgraft.Avatar` is made of: its file, those of its levels, report and notes.
-type Made<'py> = (Bound<'py, PyBytes>, Vec<Bound<'py, PyBytes>>, String, Vec<String>);
+type AvatarTuple<'py> = (Bound<'py, PyBytes>, Vec<Bound<'py, PyBytes>>, String, Vec<String>);
 
 /// Files beside the avatar.
 #[derive(Default)]
@@ -39,7 +39,7 @@ pub(crate) fn make_avatar<'py>(
     py: Python<'py>,
     file_name: PathBuf,
     arguments: &Bound<'py, PyDict>,
-) -> PyResult<Made<'py>> {
+) -> PyResult<AvatarTuple<'py>> {
     let keywords = Keywords::new(arguments)?;
     let threads = keywords.threads()?;
     let output = keywords.path("output")?;
@@ -60,19 +60,19 @@ pub(crate) fn make_avatar<'py>(
     })
     .map_err(of_pipeline)?;
     let finished = work::run(py, threads, move |observer| request.make(observer))?;
-    let made = finished.result;
-    if let (Some(path), Some(labels)) = (&drawings.labels, made.labels) {
+    let files = finished.result;
+    if let (Some(path), Some(labels)) = (&drawings.labels, files.labels) {
         let written = py.detach(|| image::write(&labels.into(), path, &WriteOptions::default()));
         let losses = written.map_err(failed)?.losses;
         warn_caller(py, losses.iter().map(ToString::to_string).collect())?;
     }
-    if let (Some(path), Some(preview)) = (&drawings.preview, made.preview) {
+    if let (Some(path), Some(preview)) = (&drawings.preview, files.preview) {
         py.detach(|| drawing::write(preview, path)).map_err(of_pipeline)?;
     }
-    let levels = made.levels.iter().map(|level| PyBytes::new(py, level)).collect();
-    let file = PyBytes::new(py, &made.file);
-    let report = made.report.to_string();
-    drop((made.file, made.levels));
+    let levels = files.levels.iter().map(|level| PyBytes::new(py, level)).collect();
+    let file = PyBytes::new(py, &files.file);
+    let report = files.report.to_string();
+    drop((files.file, files.levels));
     memory::give_back(py);
     Ok((file, levels, report, finished.notes))
 }

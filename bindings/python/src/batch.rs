@@ -73,18 +73,18 @@ impl<'py> Batch<'py> {
         let mut stack: Option<Stack<'py>> = None;
         // Items that are no longer needed need not be kept.
         for (index, item) in self.items.into_iter().enumerate() {
-            let made = make(index, &item)?;
+            let result = make(index, &item)?;
             match out {
                 Some(_) => {}
                 None if self.is_array => match &stack {
-                    Some(stack) => stack.put(index, &made)?,
+                    Some(stack) => stack.put(index, &result)?,
                     None => {
-                        let first = Stack::like(count, &made)?;
-                        first.put(index, &made)?;
+                        let first = Stack::like(count, &result)?;
+                        first.put(index, &result)?;
                         stack = Some(first);
                     }
                 },
-                None => list.append(made)?,
+                None => list.append(result)?,
             }
         }
         Ok(match (out, stack) {
@@ -135,19 +135,19 @@ impl<'py> Stack<'py> {
         Ok(Self { all: all.cast_into()? })
     }
 
-    fn put(&self, index: usize, made: &Bound<'py, PyAny>) -> PyResult<()> {
-        let made = made.cast::<PyUntypedArray>()?;
+    fn put(&self, index: usize, result: &Bound<'py, PyAny>) -> PyResult<()> {
+        let result = result.cast::<PyUntypedArray>()?;
         let shape = &self.all.shape()[1..];
-        if made.shape() != shape || !made.dtype().is_equiv_to(&self.all.dtype()) {
+        if result.shape() != shape || !result.dtype().is_equiv_to(&self.all.dtype()) {
             return Err(bad_value(format_args!(
                 "results must have one shape and dtype to be one array, {} {}, got {} {} for base[{index}]; \
                  give textures as a list: list(texture)",
                 self.all.dtype().str()?,
                 shape_text(shape),
-                made.dtype().str()?,
-                shape_text(made.shape()),
+                result.dtype().str()?,
+                shape_text(result.shape()),
             )));
         }
-        self.all.set_item(index, made)
+        self.all.set_item(index, result)
     }
 }

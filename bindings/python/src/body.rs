@@ -7,7 +7,7 @@ use pyo3::exceptions::PyMemoryError;
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 use uvgraft::Mesh as CoreMesh;
-use uvgraft_avatar::body::{BodyError, Gender, ModelFile, ReadOptions, Shape, Shaped, Side};
+use uvgraft_avatar::body::{BodyError, Gender, Hand, ModelFile, ReadOptions, Shape, Shaped};
 use uvgraft_avatar::rig::{Pose, RigError};
 use uvgraft_io::model_mesh;
 
@@ -416,8 +416,8 @@ impl BodyModel {
     }
 }
 
-fn hand(side: &str) -> PyResult<Side> {
-    chosen_from("side", side, &[("left", Side::Left), ("right", Side::Right)])
+fn hand(side: &str) -> PyResult<Hand> {
+    chosen_from("side", side, &[("left", Hand::Left), ("right", Hand::Right)])
 }
 
 /// Bodies in the parameters of a model. Lists have a single item for all frames, or one for each.

@@ -9,7 +9,7 @@ use uvgraft::{Choice, Encoding, Filter, NormalY, Overlap, Prefer, Side};
 use uvgraft_assembly::avatar::{EyeStyle, LevelStorage, MapRole, MouthStyle, TextureLayout};
 use uvgraft_assembly::render::Shot;
 use uvgraft_avatar::motion::{GroundMode, UpAxis};
-use uvgraft_gltf::glb::{Permissions, PictureFormat, ShadingModel};
+use uvgraft_gltf::glb::{EmbeddedFormat, Permissions, ShadingModel};
 use uvgraft_gltf::preset::Preset;
 use uvgraft_metrics::Metric;
 use uvgraft_metrics::lpips::LpipsNetwork;
@@ -50,7 +50,7 @@ pub(crate) fn choices() -> BTreeMap<&'static str, Vec<&'static str>> {
         ("preset", Preset::ALL.map(|preset| preset.name).to_vec()),
         ("relight", names(Relight::ALL)),
         ("side", names(Side::ALL)),
-        ("texture_format", names(PictureFormat::ALL)),
+        ("texture_format", names(EmbeddedFormat::ALL)),
         ("texture_layout", names(TextureLayout::ALL)),
         ("tone", names(ToneSide::ALL)),
         ("unit", names(Unit::ALL)),

@@ -6,7 +6,9 @@ use pyo3::prelude::*;
 use pyo3::types::{PyBytes, PyDict};
 use uvgraft::{Averaging, Encoding, FitOptions, MapOptions, Size};
 use uvgraft_image::{Format, WriteOptions};
-use uvgraft_pipeline::{Carried, Correspondence, Inputs, PreparedTransfer, Transfer, Values};
+use uvgraft_pipeline::{
+    Correspondence, Inputs, PreparedTransfer, Transfer, TransferredTexture, Values,
+};
 
 use crate::arguments::direction;
 use crate::error::{bad_value, check_file, check_files, of_option, of_pipeline};
@@ -53,8 +55,9 @@ impl Prepared {
     ) -> PyResult<Figures> {
         check_file(&source)?;
         let threads = threads::checked(threads)?.or(self.threads);
-        let carried = threads::run(py, threads, || self.prepared.carry_file(&source, &output))?;
-        carried.map(figures).map_err(of_pipeline)
+        let transferred =
+            threads::run(py, threads, || self.prepared.transfer_file(&source, &output))?;
+        transferred.map(figures).map_err(of_pipeline)
     }
 
     #[pyo3(signature = (data, *, name="texture", format="png", threads=None))]
@@ -71,9 +74,10 @@ impl Prepared {
             let wanted = Format::extension_list();
             bad_value(format_args!("format must be one of {wanted}, got {format:?}"))
         })?;
-        let carried = threads::run(py, threads, || self.prepared.carry_bytes(data, name, kind))?;
-        let (bytes, carried) = carried.map_err(of_pipeline)?;
-        Ok((PyBytes::new(py, &bytes), figures(carried)))
+        let transferred =
+            threads::run(py, threads, || self.prepared.transfer_bytes(data, name, kind))?;
+        let (bytes, transferred) = transferred.map_err(of_pipeline)?;
+        Ok((PyBytes::new(py, &bytes), figures(transferred)))
     }
 
     /// Of all options and all files that textures share.
@@ -94,17 +98,17 @@ impl Prepared {
     }
 
     fn made_from_bytes(&self, py: Python<'_>, data: &[u8]) -> String {
-        py.detach(|| self.prepared.made_from_bytes(data))
+        py.detach(|| self.prepared.fingerprint_of_bytes(data))
     }
 
     fn made_from_file(&self, py: Python<'_>, source: PathBuf) -> PyResult<String> {
         check_file(&source)?;
-        py.detach(|| self.prepared.made_from_file(&source)).map_err(of_pipeline)
+        py.detach(|| self.prepared.fingerprint_of_file(&source)).map_err(of_pipeline)
     }
 }
 
-fn figures(carried: Carried) -> Figures {
-    let Carried { boundary_delta_e, bytes, size, warnings, notes, .. } = carried;
+fn figures(transferred: TransferredTexture) -> Figures {
+    let TransferredTexture { boundary_delta_e, bytes, size, warnings, notes, .. } = transferred;
     (boundary_delta_e, bytes, size.height, size.width, warnings, notes)
 }
 

@@ -560,17 +560,17 @@ impl Graft {
             return Ok(found);
         }
         let settings = &self.settings;
-        let made = threads::run(py, threads, || match near {
+        let graft = threads::run(py, threads, || match near {
             Some(near) => near.with_texture_size(sizes.from),
             None => settings.build(sizes),
         })?;
-        let made = Arc::new(made.map_err(of_graft)?);
+        let graft = Arc::new(graft.map_err(of_graft)?);
         let mut kept = self.kept.lock().unwrap_or_else(PoisonError::into_inner);
         if kept.len() == MAX_KEPT {
             kept.remove(0);
         }
-        kept.push(Arc::clone(&made));
-        Ok(made)
+        kept.push(Arc::clone(&graft));
+        Ok(graft)
     }
 
     /// The base of several textures. An array is copied for each in any case.
@@ -915,6 +915,40 @@ impl<'py> Options<'py> {
         })
     }
 
+    /// Refuses options of a blend where nothing asks for one.
+    fn check_without_blend(&self, is_feathered: bool) -> PyResult<()> {
+        let tone = self.text("tone", ToneSide::Base.name())? != ToneSide::Base.name();
+        let given = |name| self.get(name).map(|value| value.is_some());
+        for (is_asked, name) in [
+            (tone, "tone"),
+            (self.flag("keep_all")?, "keep_all"),
+            (given("skin")?, "skin"),
+            (given("labels")?, "labels"),
+            (is_feathered, "feather"),
+        ] {
+            if is_asked {
+                return Err(bad_value(format_args!("{name} needs blend=\"membrane\"")));
+            }
+        }
+        Ok(())
+    }
+
+    /// The options of a blend with those that match colours.
+    fn with_tone(
+        &self,
+        mut options: BlendOptions,
+        mode: BlendMode,
+        is_matched: bool,
+    ) -> PyResult<BlendOptions> {
+        let tone: Option<Tone> = self.choice("tone", ToneSide::Base)?.into();
+        if let Some(tone) = tone {
+            options = options.tone(tone);
+            options = if mode == BlendMode::Membrane { options.membrane() } else { options };
+            options = if is_matched { options.match_skin() } else { options };
+        }
+        Ok(if self.flag("keep_all")? { options.keep_all() } else { options })
+    }
+
     /// The blend, if a region or an option asks for one.
     fn blend(
         &self,
@@ -930,34 +964,15 @@ impl<'py> Options<'py> {
         let mode = self.choice("blend", default)?;
         let is_matched = self.flag("match_skin")?;
         if region.is_none() && mode == BlendMode::None && !is_matched {
-            let tone = self.text("tone", ToneSide::Base.name())? != ToneSide::Base.name();
-            let given = |name| self.get(name).map(|value| value.is_some());
-            for (is_asked, name) in [
-                (tone, "tone"),
-                (self.flag("keep_all")?, "keep_all"),
-                (given("skin")?, "skin"),
-                (given("labels")?, "labels"),
-                (is_feathered, "feather"),
-            ] {
-                if is_asked {
-                    return Err(bad_value(format_args!("{name} needs blend=\"membrane\"")));
-                }
-            }
-            return Ok(None);
+            return self.check_without_blend(is_feathered).map(|()| None);
         }
         let default = if mode == BlendMode::None { 0.0 } else { FEATHER_M };
         let feather = feather.unwrap_or(default);
         if !(0.0..=1e9).contains(&feather) {
             return Err(bad_value(format_args!("feather must not be negative, got {feather}")));
         }
-        let tone: Option<Tone> = self.choice("tone", ToneSide::Base)?.into();
-        let mut options = BlendOptions::default().feather(feather).gutter_px(gutter);
-        if let Some(tone) = tone {
-            options = options.tone(tone);
-            options = if mode == BlendMode::Membrane { options.membrane() } else { options };
-            options = if is_matched { options.match_skin() } else { options };
-        }
-        options = if self.flag("keep_all")? { options.keep_all() } else { options };
+        let options = BlendOptions::default().feather(feather).gutter_px(gutter);
+        let options = self.with_tone(options, mode, is_matched)?;
         let skin = self.get("skin")?.map(|skin| texture(&skin, "skin", Encoding::Data));
         let skin = skin.transpose()?;
         let labels = self.get("labels")?.map(|labels| texture(&labels, "labels", Encoding::Srgb));
@@ -984,7 +999,7 @@ impl<'py> Options<'py> {
             }
             Ok(Arc::new(blend))
         })??;
-        // With a membrane each texture is told that there is no boundary.
+        // With a membrane each texture gets a warning that there is no boundary.
         if blend.feather_fit() == FeatherFit::NoBoundary && !options.needs_colors() {
             let warning = "feather has no effect: the region has no boundary".to_owned();
             warn_caller(py, vec![warning])?;

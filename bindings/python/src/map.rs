@@ -183,7 +183,7 @@ impl SamplingMap {
         value: impl Fn([f64; 2]) -> T + Send + Sync,
     ) -> PyResult<Bound<'py, PyAny>> {
         let Size { width, height } = self.map.size();
-        let values = self.made(py, gutter, nowhere, value)?;
+        let values = self.texel_values(py, gutter, nowhere, value)?;
         shaped(py, values, vec![height as usize, width as usize])
     }
 
@@ -196,13 +196,13 @@ impl SamplingMap {
         value: impl Fn([f64; 2]) -> [f32; 2] + Send + Sync,
     ) -> PyResult<Bound<'py, PyAny>> {
         let Size { width, height } = self.map.size();
-        let values = self.made(py, gutter, [nowhere; 2], value)?;
+        let values = self.texel_values(py, gutter, [nowhere; 2], value)?;
         // Two floats lie in memory as an array of two does.
         let values = values.into_flattened();
         shaped(py, values, vec![height as usize, width as usize, 2])
     }
 
-    fn made<T: Copy + Send + Sync>(
+    fn texel_values<T: Copy + Send + Sync>(
         &self,
         py: Python<'_>,
         gutter: bool,

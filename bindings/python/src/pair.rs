@@ -6,8 +6,9 @@ use std::sync::Arc;
 use pyo3::prelude::*;
 use pyo3::types::{PyBytes, PyTuple};
 use uvgraft::correspond::split_vertices::{MapUse, link_by_vertex_map};
-use uvgraft::correspond::surface::Align;
+use uvgraft::correspond::surface::{Align, SurfaceOptions, SurfaceReport};
 use uvgraft::correspond::{self, By, FindOptions};
+use uvgraft::pair::OtherLayouts;
 use uvgraft::{Choice, Side};
 use uvgraft_assembly::pairing::table::TableLinks;
 use uvgraft_assembly::pairing::{self, Outside, UvReading, table as by_table};
@@ -131,6 +132,121 @@ pub(crate) fn pair<'py>(given: &Bound<'py, PyAny>, wanted: &str) -> PyResult<Bou
     Bound::new(given.py(), Pair::load(given.py(), path)?)
 }
 
+/// How the triangles of two meshes are linked.
+enum LinkMethod {
+    VertexMap(Vec<i64>),
+    Table(PathBuf),
+    Search(By),
+}
+
+/// Two linked meshes.
+struct Linked {
+    pair: uvgraft::Pair,
+    other_layouts: Vec<OtherLayouts>,
+    /// What [`Pair`] calls the method.
+    method: String,
+    registered: Option<SurfaceReport>,
+    /// What was assumed about a vertex map.
+    assumed: Option<String>,
+}
+
+impl LinkMethod {
+    /// The method that the arguments of [`Pair`] ask for.
+    fn new(
+        vertex_map: Option<&Bound<'_, PyAny>>,
+        table: Option<PathBuf>,
+        by: &str,
+    ) -> PyResult<Self> {
+        let ids = vertex_map.map(read_vertex_map).transpose()?;
+        if ids.is_some() && table.is_some() {
+            return Err(bad_type("Pair() takes either vertex_map or table, got both"));
+        }
+        let given = [("vertex_map", VERTEX_MAP, ids.is_some()), ("table", TABLE, table.is_some())];
+        for (name, method, is_given) in given {
+            if is_given && ![By::Any.name(), method].contains(&by) {
+                return Err(bad_value(format_args!(
+                    "{name} is used only with by={method:?} or \"auto\", got {by:?}"
+                )));
+            }
+            if !is_given && by == method {
+                return Err(bad_value(format_args!("by={method:?} needs {name}")));
+            }
+        }
+        table.as_deref().map_or(Ok(()), check_file)?;
+        Ok(match (ids, table) {
+            (Some(ids), _) => Self::VertexMap(ids),
+            (None, Some(table)) => Self::Table(table),
+            (None, None) => Self::Search(chosen("by", by)?),
+        })
+    }
+
+    fn link(
+        self,
+        source: uvgraft::Mesh,
+        target: uvgraft::Mesh,
+        options: &SurfaceOptions,
+    ) -> PyResult<Linked> {
+        match self {
+            Self::VertexMap(ids) => {
+                let links = link_by_vertex_map(&source, &target, &ids).map_err(of_linking)?;
+                let method = match links.used {
+                    MapUse::Connectivity(_) => By::Topology.name(),
+                    _ => VERTEX_MAP,
+                };
+                let (method, assumed) = (method.to_owned(), links.used.assumed());
+                let (pair, other_layouts) = links.pair.in_one_layout();
+                Ok(Linked { pair, other_layouts, method, registered: None, assumed })
+            }
+            Self::Table(path) => {
+                let links = by_table::link(&path, &source, &target, options);
+                let TableLinks { pair, other_layouts, .. } = links.map_err(of_pipeline)?;
+                let method = TABLE.to_owned();
+                Ok(Linked { pair, other_layouts, method, registered: None, assumed: None })
+            }
+            Self::Search(by) => {
+                let mut search = FindOptions::default();
+                search.by = by;
+                search.surface = options.clone();
+                let found = correspond::find(source, target, &search).map_err(of_linking)?;
+                let method = found.method.by().name().to_owned();
+                let registered = found.method.registered().cloned();
+                let (pair, other_layouts) = (found.pair, found.other_layouts);
+                Ok(Linked { pair, other_layouts, method, registered, assumed: None })
+            }
+        }
+    }
+}
+
+/// The note of a pair that is given none.
+fn license_note(source: &str, target: &str) -> String {
+    format!("made from {source} and {target}, whose licences hold for this pair too")
+}
+
+fn surface_options(
+    align: &str,
+    reach: Option<f64>,
+    visibility: Option<f64>,
+    landmarks: Option<&Bound<'_, PyAny>>,
+) -> PyResult<SurfaceOptions> {
+    let mut options = SurfaceOptions::default();
+    options.align = chosen("align", align)?;
+    for (name, given, option) in
+        [("reach", reach, &mut options.reach), ("visibility", visibility, &mut options.visibility)]
+    {
+        match given {
+            Some(value) if (0.0..=1.0).contains(&value) => *option = value,
+            Some(value) => {
+                return Err(bad_value(format_args!("{name} must be from 0 to 1, got {value}")));
+            }
+            None => {}
+        }
+    }
+    if let Some(given) = landmarks {
+        options.landmarks = read_landmarks(given)?;
+    }
+    Ok(options)
+}
+
 #[pymethods]
 impl Pair {
     #[new]
@@ -183,78 +299,20 @@ impl Pair {
         warn_caller(py, said.warnings())?;
         let (source, source_name) = (source.mesh, source.name);
         let (target, target_name) = (target.mesh, target.name);
-        let ids = vertex_map.map(read_vertex_map).transpose()?;
-        if ids.is_some() && table.is_some() {
-            return Err(bad_type("Pair() takes either vertex_map or table, got both"));
-        }
-        let given = [("vertex_map", VERTEX_MAP, ids.is_some()), ("table", TABLE, table.is_some())];
-        for (name, method, is_given) in given {
-            if is_given && ![By::Any.name(), method].contains(&by) {
-                return Err(bad_value(format_args!(
-                    "{name} is used only with by={method:?} or \"auto\", got {by:?}"
-                )));
-            }
-            if !is_given && by == method {
-                return Err(bad_value(format_args!("by={method:?} needs {name}")));
-            }
-        }
-        table.as_deref().map_or(Ok(()), check_file)?;
-        let mut options = FindOptions::default();
-        options.by = if ids.is_some() || table.is_some() { By::Any } else { chosen("by", by)? };
-        options.surface.align = chosen("align", align)?;
-        for (name, given, option) in [
-            ("reach", reach, &mut options.surface.reach),
-            ("visibility", visibility, &mut options.surface.visibility),
-        ] {
-            match given {
-                Some(value) if (0.0..=1.0).contains(&value) => *option = value,
-                Some(value) => {
-                    return Err(bad_value(format_args!("{name} must be from 0 to 1, got {value}")));
-                }
-                None => {}
-            }
-        }
-        if let Some(given) = landmarks {
-            options.surface.landmarks = read_landmarks(given)?;
-        }
-        let note = note.unwrap_or_else(|| {
-            format!(
-                "made from {source_name} and {target_name}, whose licences hold for this pair too"
-            )
-        });
+        let method = LinkMethod::new(vertex_map, table, by)?;
+        let options = surface_options(align, reach, visibility, landmarks)?;
+        let note = note.unwrap_or_else(|| license_note(&source_name, &target_name));
         let threads = threads::checked(threads)?;
-        let (pair, others, method, registered, assumed) =
-            threads::run(py, threads, move || match (ids, table) {
-                (Some(ids), _) => {
-                    link_by_vertex_map(&source, &target, &ids).map_err(of_linking).map(|links| {
-                        let method = match links.used {
-                            MapUse::Connectivity(_) => By::Topology.name(),
-                            _ => VERTEX_MAP,
-                        };
-                        let (pair, others) = links.pair.in_one_layout();
-                        (pair, others, method.to_owned(), None, links.used.assumed())
-                    })
-                }
-                (None, Some(path)) => by_table::link(&path, &source, &target, &options.surface)
-                    .map(|TableLinks { pair, other_layouts, .. }| {
-                        (pair, other_layouts, TABLE.to_owned(), None, None)
-                    })
-                    .map_err(of_pipeline),
-                (None, None) => correspond::find(source, target, &options)
-                    .map(|it| {
-                        let method = it.method.by().name().to_owned();
-                        (it.pair, it.other_layouts, method, it.method.registered().cloned(), None)
-                    })
-                    .map_err(of_linking),
-            })??;
-        let assumed = assumed.map(|assumed| format!("vertex_map: {assumed}"));
+        let linked = threads::run(py, threads, move || method.link(source, target, &options))??;
+        let assumed = linked.assumed.map(|assumed| format!("vertex_map: {assumed}"));
         warn_caller(py, assumed.into_iter().collect())?;
-        let file = PairFile { pair: Arc::new(pair), source_name, target_name, note };
+        let file = PairFile { pair: Arc::new(linked.pair), source_name, target_name, note };
         let said = Log::default();
         let recognised = recognition::recognised(&file);
-        pairing::remark(&file, registered.as_ref(), &others, &recognised, &said);
+        let (registered, others) = (linked.registered.as_ref(), &linked.other_layouts);
+        pairing::remark(&file, registered, others, &recognised, &said);
         warn_caller(py, said.warnings())?;
-        Ok(Self { file, method: Some(method) })
+        Ok(Self { file, method: Some(linked.method) })
     }
 
     /// Load a pair file.

@@ -18,7 +18,7 @@ use crate::mesh::Mesh;
 use crate::{threads, work};
 
 /// What `uvgraft.Selfie` is made of: texture, known texels, mesh, cameras as JSON, report and sheet.
-type Made<'py> =
+type SelfieTuple<'py> =
     (Bound<'py, PyAny>, Bound<'py, PyAny>, Mesh, String, String, Option<Bound<'py, PyAny>>);
 
 /// A head from photographs, with nothing of them.
@@ -36,7 +36,7 @@ struct Found {
 pub(crate) fn make_selfie<'py>(
     py: Python<'py>,
     arguments: &Bound<'py, PyDict>,
-) -> PyResult<Made<'py>> {
+) -> PyResult<SelfieTuple<'py>> {
     let keywords = Keywords::new(arguments)?;
     let threads = keywords.threads()?;
     let has_sheet = keywords.flag("sheet")?;

@@ -73,13 +73,13 @@ pub(crate) fn default(py: Python<'_>) -> usize {
 /// A pool that one call has to itself.
 ///
 /// Dropped without being given back, its threads end once they have nothing left to do.
-pub(crate) struct Lent {
+pub(crate) struct LentPool {
     pool: ThreadPool,
     /// What was asked for; 0 is one for each processor.
     count: usize,
 }
 
-impl Lent {
+impl LentPool {
     /// An idle pool, or a new one.
     ///
     /// - `threads`: its size; `None` for the default, 0 for one thread per processor.
@@ -131,7 +131,7 @@ pub(crate) fn run<T: Send>(
     threads: Option<usize>,
     work: impl FnOnce() -> T + Send,
 ) -> PyResult<T> {
-    let lent = Lent::new(py, threads)?;
+    let lent = LentPool::new(py, threads)?;
     let done = py.detach(|| caught(|| lent.pool.install(work)));
     lent.give_back(py);
     done

@@ -14,7 +14,7 @@ use pyo3::prelude::*;
 use uvgraft_pipeline::{Event, Observer, Result};
 
 use crate::error::{failed, of_pipeline, warn_caller, with_names};
-use crate::threads::{self, Lent};
+use crate::threads::{self, LentPool};
 
 /// How often signals are looked for.
 const POLL: Duration = Duration::from_millis(50);
@@ -72,7 +72,7 @@ pub(crate) fn run<T: Send + 'static>(
     threads: Option<usize>,
     work: impl FnOnce(&dyn Observer) -> Result<T> + Send + 'static,
 ) -> PyResult<Finished<T>> {
-    let lent = Lent::new(py, threads)?;
+    let lent = LentPool::new(py, threads)?;
     let log = Arc::new(Log::default());
     let (done, outcome) = mpsc::sync_channel(1);
     let of_work = Arc::clone(&log);

@@ -47,8 +47,8 @@ pub mod weights;
 pub use uvgraft_files::input::Input;
 pub use uvgraft_pipeline::{Failure, Fault, Observer, Result};
 
-pub use self::avatar::{AvatarRequest, Body, MadeAvatar};
+pub use self::avatar::{AvatarFiles, AvatarRequest, Body};
 pub use self::render::RenderRequest;
 pub use self::report::Report;
-pub use self::selfie::{MadeSelfie, SelfieRequest};
+pub use self::selfie::{FittedSelfie, SelfieRequest};
 pub use self::view::ViewRequest;

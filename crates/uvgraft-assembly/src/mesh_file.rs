@@ -45,7 +45,7 @@ impl LoadedMesh {
     pub fn left_out(&self) -> Option<String> {
         let (name, count) = (&self.name, self.without_uv.polygons);
         let all = grouped(count + self.mesh.polygon_count());
-        let told = match count {
+        let message = match count {
             0 => return None,
             1 => format!("{name}: 1 of {all} polygons has no UV coordinates and is left out"),
             _ => format!(
@@ -54,7 +54,7 @@ impl LoadedMesh {
             ),
         };
         let parts = self.without_uv.listed(self.mesh.parts());
-        Some(if parts.is_empty() { told } else { format!("{told}: {parts}") })
+        Some(if parts.is_empty() { message } else { format!("{message}: {parts}") })
     }
 }
 
@@ -197,14 +197,16 @@ fn load(file: &MeshFile) -> Result<TexturedMesh> {
     match format {
         Format::Image(found) => Err(is_image(found).context(&file.file)),
         Format::Gltf => load_mesh(path, &file.choice())
-            .map_err(|error| told(error, |reason| with_hint(reason, file))),
+            .map_err(|error| read_failure(error, |reason| with_hint(reason, file))),
         Format::Ply => part(ply::read(path).or_input()?),
         Format::Pair => {
             side(&pair_file::read(path).or_input()?, file).map_err(|it| it.context(&file.file))
         }
         Format::Model if file.is_head() => model_mesh::read_head(path).or_input().map(whole),
         Format::Model => part(whole(model_mesh::read(path).or_input()?)),
-        Format::Obj => part(obj::read_textured(path).map_err(|error| told(error, foreign))?),
+        Format::Obj => {
+            part(obj::read_textured(path).map_err(|error| read_failure(error, foreign))?)
+        }
     }
 }
 
@@ -214,7 +216,10 @@ fn whole(mesh: Mesh) -> TexturedMesh {
 }
 
 /// An error of reading, with other words for that of the content.
-fn told<E: std::error::Error>(error: ReadError<E>, words: impl Fn(&E) -> String) -> Failure {
+fn read_failure<E: std::error::Error>(
+    error: ReadError<E>,
+    words: impl Fn(&E) -> String,
+) -> Failure {
     match error {
         ReadError::Content { path, reason } => {
             Failure::input(format!("{}: {}", path.display(), words(&reason)))

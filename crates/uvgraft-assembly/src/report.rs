@@ -4,6 +4,7 @@ use std::borrow::Cow;
 use std::fmt::{self, Display, Write as _};
 
 use serde::Serialize;
+use uvgraft::listing;
 
 /// Lines of figures, each with a name, and possibly a text below them.
 ///
@@ -92,15 +93,7 @@ pub fn escaped(
 
 /// A number with its digits in groups of three.
 pub fn grouped(count: usize) -> String {
-    let digits = count.to_string();
-    let mut text = String::new();
-    for (index, digit) in digits.chars().enumerate() {
-        if index > 0 && (digits.len() - index).is_multiple_of(3) {
-            text.push(',');
-        }
-        text.push(digit);
-    }
-    text
+    listing::grouped(count as u64)
 }
 
 /// A number of bytes in megabytes.

@@ -1,7 +1,7 @@
 //! The bound on the memory of what shows scenes.
 
 use uvgraft_files::input::ReadError;
-use uvgraft_gltf::scene::{Budget, SceneError, Shares};
+use uvgraft_gltf::scene::{Budget, MemoryShares, SceneError};
 use uvgraft_pipeline::{Blame, Failure, Result, memory_taken};
 
 /// A bound on the memory of the process.
@@ -44,7 +44,7 @@ impl Bound {
         }
     }
 
-    fn too_much(&self, shares: &Shares) -> Failure {
+    fn too_much(&self, shares: &MemoryShares) -> Failure {
         let mib = |bytes: u64| bytes.div_ceil(1 << 20);
         let needed = mib(shares.needed().saturating_add(self.taken));
         let allowed = match self.memory {

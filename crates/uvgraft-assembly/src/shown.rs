@@ -8,7 +8,7 @@ use uvgraft_avatar::Avatar;
 use uvgraft_avatar::motion::UpAxis;
 use uvgraft_avatar::rig::{Joint, Skeleton, Skin};
 use uvgraft_files::input::Input;
-use uvgraft_gltf::glb::{self, AvatarMaterial, Export, Picture, PictureFormat};
+use uvgraft_gltf::glb::{self, AvatarMaterial, EmbeddedFormat, EmbeddedImage, Export};
 use uvgraft_image as image;
 use uvgraft_io::obj;
 use uvgraft_pipeline::{Blame, Failure, Observer, Result, memory_taken, without_non_finite};
@@ -155,12 +155,12 @@ fn over_grey(texture: &Texture) -> std::result::Result<Texture, TextureError> {
 /// Notes where a texture of the unit square is shown a second time.
 fn note_tiles(mesh: &Mesh, name: &str, observer: &dyn Observer) {
     let Some(outside) = OutsideFaces::of(mesh) else { return };
-    let told = outside.told(name);
+    let start = outside.message_start(name);
     let numbers = match outside.tiles.is_empty() {
         true => String::new(),
         false => format!(" (tiles {})", listed(outside.tiles)),
     };
-    observer.note(format_args!("{told}{numbers}, where the texture repeats"));
+    observer.note(format_args!("{start}{numbers}, where the texture repeats"));
 }
 
 /// A mesh as a model: a GLB file with one copy of the mesh for each texture, side by side.
@@ -178,7 +178,7 @@ pub(crate) fn model(mesh: &Mesh, name: &str, textures: Vec<(String, Texture)>) -
     let materials = textures
         .into_iter()
         .map(|(name, texture)| {
-            let color = Picture::encode(texture, PictureFormat::Png, 100).or_work()?;
+            let color = EmbeddedImage::encode(texture, EmbeddedFormat::Png, 100).or_work()?;
             Ok(AvatarMaterial { name, double_sided: true, ..AvatarMaterial::new(color) })
         })
         .collect::<Result<Vec<_>>>()?;
@@ -232,9 +232,9 @@ mod tests {
                            vt 2 0\nvt 2 1\nf 1/1 2/2 3/3 4/4\no eye\nf 1/2 2/5 3/6 4/3\n";
 
     #[derive(Default)]
-    struct Told(Mutex<Vec<String>>);
+    struct Recorder(Mutex<Vec<String>>);
 
-    impl Observer for Told {
+    impl Observer for Recorder {
         fn event(&self, event: Event<'_>) {
             if let Event::Note(text) = event {
                 self.0.lock().unwrap().push(text.to_owned());
@@ -243,10 +243,11 @@ mod tests {
     }
 
     fn read(name: &str, is_textured: bool) -> (Shown, Vec<String>) {
-        let told = Told::default();
+        let messages = Recorder::default();
         let shown =
-            Shown::read(&Input::bytes(name, SQUARES.as_bytes()), None, is_textured, &told).unwrap();
-        (shown, told.0.into_inner().unwrap())
+            Shown::read(&Input::bytes(name, SQUARES.as_bytes()), None, is_textured, &messages)
+                .unwrap();
+        (shown, messages.0.into_inner().unwrap())
     }
 
     #[test]
@@ -270,9 +271,9 @@ mod tests {
     #[test]
     fn meshes_stand_up() {
         let lying = "v 0 0 0\nv 1 0 0\nv 1 0.2 9\nvt 0 0\nvt 1 0\nvt 1 1\nf 1/1 2/2 3/3\n";
-        let told = Told::default();
+        let messages = Recorder::default();
         let given = Input::bytes("a.obj", lying.as_bytes());
-        let read = |up| match Shown::read(&given, up, true, &told).unwrap() {
+        let read = |up| match Shown::read(&given, up, true, &messages).unwrap() {
             Shown::Mesh { mesh, .. } => mesh.positions()[2],
             Shown::Model(_) => panic!("a mesh"),
         };
@@ -281,7 +282,7 @@ mod tests {
         assert_eq!(read(Some(UpAxis::MinusZ)), [1.0, -9.0, 0.2]);
         assert_eq!(read(Some(UpAxis::MinusY)), [1.0, -0.2, -9.0]);
         let wanted = "a.obj: 45.0 times as deep as it is high; if Z is up in it, use `up` z";
-        assert_eq!(*told.0.lock().unwrap(), [wanted]);
+        assert_eq!(*messages.0.lock().unwrap(), [wanted]);
     }
 
     #[test]
@@ -294,11 +295,11 @@ mod tests {
 
     #[test]
     fn what_is_not_shown_as_expected_is_noted() {
-        let (_, told) = read("a.obj", false);
-        assert_eq!(told, ["a.obj: shown in grey; `texture` shows a texture on it"]);
-        let (_, told) = read("a.obj", true);
+        let (_, messages) = read("a.obj", false);
+        assert_eq!(messages, ["a.obj: shown in grey; `texture` shows a texture on it"]);
+        let (_, messages) = read("a.obj", true);
         let wanted = "a.obj: 2 triangles have UV coordinates outside the unit square (tiles 1002), \
                       where the texture repeats";
-        assert_eq!(told, [wanted]);
+        assert_eq!(messages, [wanted]);
     }
 }

@@ -8,7 +8,7 @@ use uvgraft_gltf::scene::{PoseRequest, Scene, whole_within};
 use uvgraft_image::{self as image, ImageError};
 use uvgraft_pipeline::{Blame, Failure, Observer, Result};
 use uvgraft_render::Bounds;
-use uvgraft_viewer::{Glb, LookAt, PAGE, Page, Picture, Template};
+use uvgraft_viewer::{Glb, LookAt, PAGE, Page, Template, WebImage};
 
 use crate::render::Aim;
 use crate::scene_memory::Bound;
@@ -167,9 +167,9 @@ fn bare_picture(input: &Input, bytes: &[u8]) -> Result<Vec<u8>> {
 }
 
 /// A texture that browsers show.
-fn picture<'a>(input: &Input, bytes: &'a [u8]) -> Result<Picture<'a>> {
-    Picture::new(bytes).ok_or_else(|| {
-        Failure::input(format!("{input}: not an image; must be {}", Picture::EXTENSIONS))
+fn picture<'a>(input: &Input, bytes: &'a [u8]) -> Result<WebImage<'a>> {
+    WebImage::new(bytes).ok_or_else(|| {
+        Failure::input(format!("{input}: not an image; must be {}", WebImage::EXTENSIONS))
     })
 }
 

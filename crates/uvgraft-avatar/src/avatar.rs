@@ -1,6 +1,6 @@
 //! A rigged mesh, as it is exported to a GLB or VRM file.
 
-use glam::{Quat, Vec3};
+use glam::Vec3;
 use uvgraft::Mesh;
 
 use crate::motion::Soles;
@@ -119,47 +119,6 @@ impl Avatar {
         Soles::new(self.mesh.positions(), &self.skin, &self.skeleton)
     }
 
-    /// Makes a pose the new rest pose, for rigs that are modelled in one pose and rest in another.
-    /// Joints are axis-aligned in the new rest pose too; morph offsets are rotated with their
-    /// vertices, and clips look the same as before.
-    ///
-    /// # Errors
-    /// See [`Pose::check`].
-    pub fn with_rest_pose(mut self, rest: &Pose) -> Result<Self, RigError> {
-        let motions = self.skeleton.motions(rest)?;
-        let positions = self.skin.pose(self.mesh.positions(), &motions);
-        let turns = self.skin.turns(&motions);
-        for morph in &mut self.morphs {
-            for (vertex, offset) in &mut morph.offsets {
-                *offset = (turns[*vertex as usize] * Vec3::from(*offset)).into();
-            }
-        }
-        let mut joints = self.skeleton.joints().to_vec();
-        for (joint, motion) in joints.iter_mut().zip(&motions) {
-            joint.position = motion.point(joint.position);
-        }
-        let parents: Vec<Option<usize>> = joints.iter().map(|joint| joint.parent).collect();
-        let turned: Vec<Quat> =
-            motions.iter().map(|motion| Quat::from_array(motion.rotation)).collect();
-        let root_shift = Vec3::from(rest.translation);
-        for pose in self.clips.iter_mut().flat_map(|clip| &mut clip.poses) {
-            // World rotations relative to rest lose the joint's rotation in the new rest, W' = W
-            // R⁻¹; with W = W_parent L this gives local rotations L' = R_parent L R⁻¹.
-            let local: Vec<Quat> = pose.rotations.iter().map(|&q| Quat::from_array(q)).collect();
-            for (joint, rotation) in pose.rotations.iter_mut().enumerate() {
-                let before = parents[joint].map_or(Quat::IDENTITY, |parent| turned[parent]);
-                *rotation = (before * local[joint] * turned[joint].inverse()).normalize().into();
-            }
-            pose.translation = (Vec3::from(pose.translation) - root_shift).into();
-        }
-        self.mesh = self
-            .mesh
-            .with_positions(positions)
-            .map_err(|_| RigError::NotFinite { what: "a vertex of the pose".to_owned() })?;
-        self.skeleton = Skeleton::new(joints)?;
-        Ok(self)
-    }
-
     /// Height of the lowest vertex that belongs to a triangle; `None` without triangles.
     ///
     /// - `positions`: of the mesh's vertices, as returned by [`Avatar::posed`].
@@ -171,8 +130,6 @@ impl Avatar {
 
 #[cfg(test)]
 mod tests {
-    use std::f32::consts::FRAC_PI_4;
-
     use uvgraft::Mesh;
 
     use super::*;
@@ -204,23 +161,6 @@ mod tests {
                 times: vec![0.0],
                 poses: vec![Pose::from_axis_angles([0.3, 0.0, 0.0], &turns)],
             }],
-        }
-    }
-
-    #[test]
-    fn a_clip_shows_the_same_from_a_new_rest() {
-        let before = avatar();
-        let rest = Pose::from_axis_angles([0.0, 0.7, 0.0], &[[0.0, 0.0, FRAC_PI_4]; 2]);
-        let after = before.clone().with_rest_pose(&rest).unwrap();
-        assert_eq!(after.mesh.positions(), before.posed(&rest, &[]).unwrap());
-        // The last vertex follows one joint only; blended vertices depend on the rest pose.
-        for vertex in [0, 2] {
-            for weight in [0.0, 1.0] {
-                let of = |avatar: &Avatar| {
-                    Vec3::from(avatar.posed(&avatar.clips[0].poses[0], &[weight]).unwrap()[vertex])
-                };
-                assert!(of(&before).abs_diff_eq(of(&after), 1e-5), "{vertex} {weight}");
-            }
         }
     }
 

@@ -15,7 +15,7 @@ use crate::failure::{OrBadInput, bad_input, note};
 use crate::heatmap;
 use crate::memory::{self, MemoryOption};
 use crate::opacity::warn_unless_opaque;
-use crate::scores::{Judge, MetricsOption, Region, Scores};
+use crate::scores::{Judge, MetricsOption, ScoredRegion, Scores};
 use crate::{outcome, terminal};
 use uvgraft_assembly::drawing::check_name;
 
@@ -57,7 +57,7 @@ pub(crate) fn run(args: &Args) -> anyhow::Result<ExitCode> {
     args.memory.check("the comparison", needed(&headers, &judge))?;
     let [a, b] = [read_colors(&args.a)?, read_colors(&args.b)?];
     let regions = match args.mask.as_slice() {
-        [] => vec![Region { name: "whole image".to_owned(), mask: None }],
+        [] => vec![ScoredRegion { name: "whole image".to_owned(), mask: None }],
         masks => read_masks(masks)?,
     };
     for (path, region) in args.mask.iter().zip(&regions) {
@@ -118,7 +118,7 @@ fn read_colors(path: &Path) -> anyhow::Result<Colors> {
 }
 
 /// A region for each mask, named after its file, or its path where file names coincide.
-fn read_masks(paths: &[PathBuf]) -> anyhow::Result<Vec<Region>> {
+fn read_masks(paths: &[PathBuf]) -> anyhow::Result<Vec<ScoredRegion>> {
     let mut regions = Vec::new();
     for path in paths {
         let mut region = read_mask(path)?;
@@ -131,13 +131,13 @@ fn read_masks(paths: &[PathBuf]) -> anyhow::Result<Vec<Region>> {
     Ok(regions)
 }
 
-fn read_mask(path: &Path) -> anyhow::Result<Region> {
+fn read_mask(path: &Path) -> anyhow::Result<ScoredRegion> {
     // A mask is data, so one half is one half regardless of the encoding that the format states.
     let read = image::read_with(path, Encoding::Data.into()).or_bad_input()?;
     let texture = read.texture.with_encoding(Encoding::Data);
     let mask =
         Mask::from_texture(&texture).with_context(|| path.display().to_string()).or_bad_input()?;
-    Ok(Region { name: terminal::file_name(path), mask: Some(mask) })
+    Ok(ScoredRegion { name: terminal::file_name(path), mask: Some(mask) })
 }
 
 #[derive(Serialize)]

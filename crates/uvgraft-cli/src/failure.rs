@@ -7,7 +7,7 @@ use std::sync::OnceLock;
 use uvgraft_pipeline::{Event, Failure, Fault, Observer, spelled};
 
 use crate::progress;
-use crate::terminal::{self, Kind};
+use crate::terminal::{self, MessageKind};
 
 /// The options of the command that runs: what libraries call each, and how it is spelled.
 static OPTIONS: OnceLock<Vec<(String, String)>> = OnceLock::new();
@@ -110,17 +110,17 @@ pub(crate) fn report(error: &anyhow::Error) -> ExitCode {
 
 /// Prints an error.
 pub(crate) fn print(error: impl Display) {
-    terminal::message(Kind::Error, error);
+    terminal::message(MessageKind::Error, error);
 }
 
 /// Prints a warning, with the names of options as they are spelled.
 pub(crate) fn warn(message: impl Display) {
-    terminal::message(Kind::Warning, with_options(&message.to_string()));
+    terminal::message(MessageKind::Warning, with_options(&message.to_string()));
 }
 
 /// Prints a note, with the names of options as they are spelled.
 pub(crate) fn note(message: impl Display) {
-    terminal::message(Kind::Note, with_options(&message.to_string()));
+    terminal::message(MessageKind::Note, with_options(&message.to_string()));
 }
 
 /// Prints the notes and warnings of short operations.

@@ -7,10 +7,11 @@
 use std::path::Path;
 
 use uvgraft::Size;
+use uvgraft::statistics::quantile;
 use uvgraft_metrics::{Colors, Mask};
 
-use crate::scores::Region;
-use uvgraft_assembly::drawing::{Picture, Rgb};
+use crate::scores::ScoredRegion;
+use uvgraft_assembly::drawing::{Rgb, Sheet};
 
 /// Longest side of the panel in pixels; larger textures are reduced.
 const LONGEST: u32 = 2048;
@@ -42,7 +43,7 @@ const ANCHORS: [(f32, Rgb); 7] = [
 pub(crate) fn write(
     a: &Colors,
     b: &Colors,
-    regions: &[Region],
+    regions: &[ScoredRegion],
     title: &str,
     path: &Path,
 ) -> anyhow::Result<()> {
@@ -63,7 +64,7 @@ pub(crate) struct Errors {
 }
 
 impl Errors {
-    pub(crate) fn new(a: &Colors, b: &Colors, regions: &[Region]) -> Self {
+    pub(crate) fn new(a: &Colors, b: &Colors, regions: &[ScoredRegion]) -> Self {
         let of = a.size();
         let block = of.width.max(of.height).div_ceil(LONGEST);
         let size = Size::new(of.width.div_ceil(block), of.height.div_ceil(block));
@@ -94,19 +95,13 @@ impl Errors {
     /// number, so that few extremes do not leave the rest dark. If fewer texels differ, the maximum
     /// is used.
     pub(crate) fn top(&self) -> f32 {
-        let mut values: Vec<f32> = self.shown.iter().copied().flatten().collect();
-        let at = (values.len().saturating_sub(1) as f64 * 0.995) as usize;
-        let percentile = if values.is_empty() {
-            0.0
-        } else {
-            *values.select_nth_unstable_by(at, f32::total_cmp).1
-        };
+        let percentile = quantile(self.shown.iter().copied().flatten(), 0.995).unwrap_or(0.0);
         let wanted = if percentile > 0.0 { percentile } else { self.largest };
         nice(wanted)
     }
 
     /// Draws the title, what is shown, the scale up to `top`, and the panel.
-    pub(crate) fn draw(&self, title: &str, top: f32) -> Picture {
+    pub(crate) fn draw(&self, title: &str, top: f32) -> Sheet {
         let Size { width, height } = self.size;
         let zoom = (ENLARGED / width.max(height)).max(1);
         let (panel_width, panel_height) = (width * zoom, height * zoom);
@@ -118,13 +113,13 @@ impl Errors {
         let title_height = 27 * scale;
         let head = MARGIN + title_height + 3 * line + 8 * scale + bar_height + 2 * line;
         let size = Size::new(content + 2 * MARGIN, head + panel_height + MARGIN);
-        let mut picture = Picture::new(size, BACKGROUND);
+        let mut picture = Sheet::new(size, BACKGROUND);
 
         let mut y = MARGIN;
-        picture.text(&Picture::fitted(title, content, 2 * scale), MARGIN, y, 2 * scale, TITLE);
+        picture.text(&Sheet::fitted(title, content, 2 * scale), MARGIN, y, 2 * scale, TITLE);
         y += title_height;
         for text in captions(self, top) {
-            picture.text(&Picture::fitted(&text, content, scale), MARGIN, y, scale, CAPTION);
+            picture.text(&Sheet::fitted(&text, content, scale), MARGIN, y, scale, CAPTION);
             y += line;
         }
         y += 4 * scale;
@@ -198,7 +193,7 @@ fn captions(errors: &Errors, top: f32) -> [String; 3] {
 
 /// The colour bar with numbers below it.
 fn draw_scale(
-    picture: &mut Picture,
+    picture: &mut Sheet,
     [left, y]: [u32; 2],
     [width, height]: [u32; 2],
     scale: u32,
@@ -214,7 +209,7 @@ fn draw_scale(
         let above = if step == 4 && errors.largest > top * 1.001 { " and more" } else { "" };
         let text = levels(top * share) + above;
         let at = left + (share * (width - 1) as f32) as u32;
-        let text_width = Picture::text_width(&text, scale);
+        let text_width = Sheet::text_width(&text, scale);
         let start = match step {
             0 => left,
             4 => left + width - text_width,

@@ -145,14 +145,14 @@ pub(crate) fn keep_text(text: &str) -> bool {
 }
 
 /// Keeps a warning, a note or an error for the document.
-pub(crate) fn keep_message(kind: terminal::Kind, text: &str) {
+pub(crate) fn keep_message(kind: terminal::MessageKind, text: &str) {
     let mut outcome = outcome();
     if outcome.is_json {
         match kind {
-            terminal::Kind::Warning => outcome.warnings.push(text.to_owned()),
-            terminal::Kind::Note => outcome.notes.push(text.to_owned()),
-            terminal::Kind::Error => outcome.errors.push(text.to_owned()),
-            terminal::Kind::Wrote | terminal::Kind::Look => {}
+            terminal::MessageKind::Warning => outcome.warnings.push(text.to_owned()),
+            terminal::MessageKind::Note => outcome.notes.push(text.to_owned()),
+            terminal::MessageKind::Error => outcome.errors.push(text.to_owned()),
+            terminal::MessageKind::Wrote | terminal::MessageKind::Look => {}
         }
     }
 }
@@ -262,9 +262,9 @@ pub(crate) fn end() -> anyhow::Result<()> {
         0..=MAX_LISTED => written.join(", "),
         count => format!("{} and {} more files", written[0], count - 1),
     };
-    terminal::message(terminal::Kind::Wrote, listed);
+    terminal::message(terminal::MessageKind::Wrote, listed);
     if let Some(look) = look {
-        terminal::message(terminal::Kind::Look, look);
+        terminal::message(terminal::MessageKind::Look, look);
     }
     Ok(())
 }

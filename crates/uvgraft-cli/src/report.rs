@@ -299,6 +299,17 @@ fn text(file: &PairFile, report: &PairReport, recognised: &[Recognition; 2]) -> 
         grouped(report.opposite_windings),
         grouped(report.mirrored),
     );
+    text += &densities(report);
+    text += &streaks(report);
+    if !file.note.is_empty() {
+        let _ = writeln!(text, "\nnote: {}", terminal::inline(&file.note));
+    }
+    text
+}
+
+/// How densely each layout's texels lie in the other's, for linked triangles.
+fn densities(report: &PairReport) -> String {
+    let mut text = String::new();
     let _ = writeln!(text, "\nlinear texel density        min     5 %  median    95 %     max");
     for (name, density) in [
         ("target per source", report.forward_density),
@@ -311,11 +322,16 @@ fn text(file: &PairFile, report: &PairReport, recognised: &[Recognition; 2]) -> 
             );
         }
     }
+    text
+}
+
+/// Warnings of linked triangles without area in the layout that is read: they have a single colour or
+/// a streak of colours.
+fn streaks(report: &PairReport) -> String {
+    let mut text = String::new();
     for (side, layout, transfers) in
-        [(source, "source", "transfers"), (target, "target", "reverse transfers")]
+        [(&report.source, "source", "transfers"), (&report.target, "target", "reverse transfers")]
     {
-        // Triangles without area in the layout that is read have a single colour or a streak of
-        // colours.
         if side.degenerate > 0 {
             let count = grouped(side.degenerate);
             let _ = writeln!(
@@ -324,9 +340,6 @@ fn text(file: &PairFile, report: &PairReport, recognised: &[Recognition; 2]) -> 
                  in {transfers}"
             );
         }
-    }
-    if !file.note.is_empty() {
-        let _ = writeln!(text, "\nnote: {}", terminal::inline(&file.note));
     }
     text
 }

@@ -16,7 +16,7 @@ fn scores_of(
     metric: Metric,
     a: &Colors,
     b: &Colors,
-    regions: &[Region],
+    regions: &[ScoredRegion],
     networks: &Networks,
 ) -> Vec<Score> {
     if let Some(reason) = missing(metric, networks) {
@@ -62,12 +62,12 @@ pub(crate) fn formatted(metric: Metric, value: f64) -> String {
     format!("{value:.*}", metric.decimals())
 }
 
-fn unavailable(regions: &[Region], reason: &str) -> Vec<Score> {
+fn unavailable(regions: &[ScoredRegion], reason: &str) -> Vec<Score> {
     regions.iter().map(|_| Score::Unavailable(reason.to_owned())).collect()
 }
 
 /// A network processes the whole textures once; its maps then serve all regions.
-fn lpips(network: &Lpips, a: &Colors, b: &Colors, regions: &[Region]) -> Vec<Score> {
+fn lpips(network: &Lpips, a: &Colors, b: &Colors, regions: &[ScoredRegion]) -> Vec<Score> {
     match network.compare(a, b) {
         Ok(maps) => regions
             .iter()
@@ -184,8 +184,8 @@ impl Judge {
     }
 }
 
-/// A region of the textures.
-pub(crate) struct Region {
+/// A named [`Mask`], for a row of the report.
+pub(crate) struct ScoredRegion {
     /// Its name.
     pub(crate) name: String,
     /// Its texels; `None` for all.
@@ -241,10 +241,10 @@ fn as_map<S: Serializer>(scores: &[(Metric, Score)], serializer: S) -> Result<S:
 
 impl Scores {
     /// Compares two textures; all masks must have the same size.
-    pub(crate) fn new(a: &Colors, b: &Colors, regions: &[Region], judge: &Judge) -> Self {
+    pub(crate) fn new(a: &Colors, b: &Colors, regions: &[ScoredRegion], judge: &Judge) -> Self {
         let mut all: Vec<RegionScores> = regions
             .iter()
-            .map(|Region { name, mask }| RegionScores {
+            .map(|ScoredRegion { name, mask }| RegionScores {
                 region: name.clone(),
                 texels: mask.as_ref().map_or(a.size().texels(), Mask::count),
                 scores: Vec::new(),

@@ -24,7 +24,7 @@ use crate::{outcome, progress};
 /// What a message is. Messages start with its name, in its colour if standard error shows colours: as those of
 /// clap, on terminals unless `NO_COLOR` is set.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(crate) enum Kind {
+pub(crate) enum MessageKind {
     Error,
     Warning,
     Note,
@@ -34,7 +34,7 @@ pub(crate) enum Kind {
     Look,
 }
 
-impl Kind {
+impl MessageKind {
     const fn name(self) -> &'static str {
         match self {
             Self::Error => "error",
@@ -89,11 +89,11 @@ pub(crate) fn file_name(path: &Path) -> String {
 }
 
 /// Prints a line to standard error, such as an error.
-pub(crate) fn message(kind: Kind, text: impl Display) {
+pub(crate) fn message(kind: MessageKind, text: impl Display) {
     wait_if_interrupted();
     let text = text.to_string();
     outcome::keep_message(kind, &text);
-    if kind == Kind::Note && outcome::is_quiet() {
+    if kind == MessageKind::Note && outcome::is_quiet() {
         return;
     }
     let (name, style) = (kind.name(), kind.style());
@@ -115,7 +115,7 @@ pub(crate) fn answer(answer: &clap::Error) -> ExitCode {
     if has_unsafe(&text) {
         // Without colours, which are control characters too.
         let what = text.trim_start_matches("error: ").lines().next().unwrap_or_default();
-        message(Kind::Error, what);
+        message(MessageKind::Error, what);
     } else {
         let printed = or_nobody_reads(answer.print());
         if !answer.use_stderr()

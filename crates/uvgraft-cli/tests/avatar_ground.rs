@@ -200,14 +200,14 @@ fn vrms_show_what_glbs_show_from_a_t_pose() {
 }
 
 #[test]
-fn people_who_are_not_known_are_told() {
+fn people_who_are_not_known_are_reported() {
     let bench = demo();
     let arrays = walkers::model(BodyKind::SmplH);
     let model = BodyModel::from_arrays(&arrays).unwrap();
     save_model(&bench, "model.npz", &arrays);
     save_model(&bench, "SMPLH_MALE.npz", &arrays);
     let walk = walk(&model, &Figure::new().body, 1);
-    let told = |change: &dyn Fn(&mut NamedArrays), options: &str| {
+    let said = |change: &dyn Fn(&mut NamedArrays), options: &str| {
         let mut walk = walk.clone();
         change(&mut walk);
         save(&bench, "walk.npz", &walk);
@@ -215,7 +215,7 @@ fn people_who_are_not_known_are_told() {
         assert_eq!(run.code, Some(0), "{}", run.stderr);
         (run.stdout, run.stderr)
     };
-    let (stdout, stderr) = told(&|_| {}, "--body model.npz");
+    let (stdout, stderr) = said(&|_| {}, "--body model.npz");
     assert!(stdout.contains("walk: from the recorded person; feet planted in"), "{stdout}");
     assert!(
         stdout.contains("recorded ground at 5.") && !stderr.contains("note: walk"),
@@ -228,35 +228,35 @@ fn people_who_are_not_known_are_told() {
             "{stderr}"
         );
     };
-    by_feet(told(&|walk| drop(walk.take("betas")), "--body model.npz"), "no betas");
+    by_feet(said(&|walk| drop(walk.take("betas")), "--body model.npz"), "no betas");
     let female = |walk: &mut NamedArrays| walk.insert_text("gender", "female");
     by_feet(
-        told(&female, "--body SMPLH_MALE.npz"),
+        said(&female, "--body SMPLH_MALE.npz"),
         "uses the female model, but the body the male one",
     );
-    by_feet(told(&female, "--body model.npz"), "neither the body's file nor its name");
-    by_feet(told(&female, "--body demo"), "the demo figure");
+    by_feet(said(&female, "--body model.npz"), "neither the body's file nor its name");
+    by_feet(said(&female, "--body demo"), "the demo figure");
     let of_smplx = |walk: &mut NamedArrays| walk.insert_text("surface_model_type", "smplx");
-    by_feet(told(&of_smplx, "--body model.npz"), "for SMPL-X, but the body is SMPL-H");
+    by_feet(said(&of_smplx, "--body model.npz"), "for SMPL-X, but the body is SMPL-H");
     let male = |walk: &mut NamedArrays| walk.insert_text("gender", "b'male'");
-    let (stdout, _) = told(&male, "--body SMPLH_MALE.npz");
+    let (stdout, _) = said(&male, "--body SMPLH_MALE.npz");
     assert!(stdout.contains("from the recorded person"), "{stdout}");
-    let (stdout, stderr) = told(&female, "--body model.npz --ground keep");
+    let (stdout, stderr) = said(&female, "--body model.npz --ground keep");
     assert!(
         stdout.contains("walk: translations as recorded") && !stderr.contains("note: walk"),
         "{stdout}"
     );
-    let (stdout, _) = told(&|walk| drop(walk.take("trans")), "--body model.npz");
+    let (stdout, _) = said(&|walk| drop(walk.take("trans")), "--body model.npz");
     assert!(stdout.contains("the recording has no translations"), "{stdout}");
     // A shape that no person has.
-    let (_, stderr) = told(&|_| {}, "--body model.npz --betas 0,5.5,-7");
+    let (_, stderr) = said(&|_| {}, "--body model.npz --betas 0,5.5,-7");
     assert!(stderr.contains("warning: --betas: coefficient 3 of 3 is -7"), "{stderr}");
     let lying = |walk: &mut NamedArrays| {
         walk.take("trans");
         let shape = walk.get("poses").unwrap().shape().to_vec();
         walk.insert("poses", floats(&shape, vec![0.0; shape.iter().product()]));
     };
-    let (stdout, _) = told(&lying, "--body model.npz");
+    let (stdout, _) = said(&lying, "--body model.npz");
     assert!(stdout.contains("Y up"), "{stdout}");
     let unclear = |walk: &mut NamedArrays| {
         lying(walk);
@@ -265,9 +265,9 @@ fn people_who_are_not_known_are_told() {
         poses.chunks_mut(shape[1]).for_each(|row| row[2] = 1.57);
         walk.insert("poses", floats(&shape, poses));
     };
-    let (_, stderr) = told(&unclear, "--body model.npz");
+    let (_, stderr) = said(&unclear, "--body model.npz");
     assert!(stderr.contains("walk.npz: cannot tell the up axis"), "{stderr}");
-    let (_, stderr) = told(&unclear, "--body model.npz --up y");
+    let (_, stderr) = said(&unclear, "--body model.npz --up y");
     assert!(!stderr.contains("up axis"), "{stderr}");
     for option in ["--ground feet", "--up y"] {
         bench.refuse(&format!("{COMMAND} --body model.npz {option} -o me.glb"), &["--motion"]);
@@ -275,7 +275,7 @@ fn people_who_are_not_known_are_told() {
 }
 
 #[test]
-fn implausible_motions_are_told() {
+fn implausible_motions_are_reported() {
     let bench = demo();
     let arrays = walkers::model(BodyKind::SmplH);
     let model = BodyModel::from_arrays(&arrays).unwrap();
@@ -299,26 +299,26 @@ fn implausible_motions_are_told() {
     let quiet = run(&|_| {}, "");
     assert!(!quiet.stderr.contains("walk.npz"), "{}", quiet.stderr);
     for (scale, unit) in [(100.0, "centimetres"), (1000.0, "millimetres"), (39.37, "inches")] {
-        let told = run(&|walk| mapped("trans", &|_, value| value * scale, walk), "").stderr;
-        assert!(told.contains("warning: walk.npz: the hips ") && told.contains(unit), "{told}");
+        let said = run(&|walk| mapped("trans", &|_, value| value * scale, walk), "").stderr;
+        assert!(said.contains("warning: walk.npz: the hips ") && said.contains(unit), "{said}");
     }
     // Turned over about X: Y and Z change their signs.
-    let told = run(&|_| {}, "--up -z").stderr;
-    assert!(told.contains("upside down with -Z up; use --up z?"), "{told}");
+    let said = run(&|_| {}, "--up -z").stderr;
+    assert!(said.contains("upside down with -Z up; use --up z?"), "{said}");
     let rate = |walk: &mut NamedArrays| walk.insert("mocap_framerate", floats(&[], vec![1000.0]));
-    let told = run(&rate, "").stderr;
-    assert!(told.contains("walk.npz: recorded at 1000 frames per second"), "{told}");
+    let said = run(&rate, "").stderr;
+    assert!(said.contains("walk.npz: recorded at 1000 frames per second"), "{said}");
     let rateless = |walk: &mut NamedArrays| drop(walk.take("mocap_framerate"));
-    let told = run(&rateless, "--fps 30").stderr;
-    assert!(told.contains("note: walk.npz: states no frame rate; using 30"), "{told}");
+    let said = run(&rateless, "--fps 30").stderr;
+    assert!(said.contains("note: walk.npz: states no frame rate; using 30"), "{said}");
     let assumed = bench.bytes("me.glb");
     run(&|_| {}, "");
     assert!(assumed == bench.bytes("me.glb"), "the same rate, stated and given");
-    let told = run(&|_| {}, "--fps 60").stderr;
-    assert!(told.contains("walk.npz: --fps has no effect: the recording has 30"), "{told}");
+    let said = run(&|_| {}, "--fps 60").stderr;
+    assert!(said.contains("walk.npz: --fps has no effect: the recording has 30"), "{said}");
     let smiling = |walk: &mut NamedArrays| walk.insert("expression", floats(&[2, 3], vec![0.5; 6]));
-    let told = run(&smiling, "").stderr;
-    assert!(told.contains("warning: walk.npz: not used") && told.contains("[2, 3]"), "{told}");
+    let said = run(&smiling, "").stderr;
+    assert!(said.contains("warning: walk.npz: not used") && said.contains("[2, 3]"), "{said}");
     let one = |walk: &mut NamedArrays| {
         for key in ["poses", "trans"] {
             let array = walk.take(key).unwrap();
@@ -376,7 +376,7 @@ fn video_captures_with_y_down_stand_upright() {
 }
 
 #[test]
-fn clips_that_are_kept_far_away_are_told() {
+fn clips_that_are_kept_far_away_are_reported() {
     let bench = demo();
     let arrays = walkers::model(BodyKind::SmplH);
     let model = BodyModel::from_arrays(&arrays).unwrap();
@@ -393,19 +393,19 @@ fn clips_that_are_kept_far_away_are_told() {
         assert_eq!(run.code, Some(0), "{}", run.stderr);
         run.stderr
     };
-    let told = run([37.0, 0.0, 0.0], "--ground keep");
-    assert!(told.contains("note: away.npz: starts 40.0 m from the origin"), "{told}");
-    assert!(told.contains("use --ground clip or feet to start on"), "{told}");
-    let told = run([0.0, 0.0, 5.0], "--ground keep");
-    assert!(told.contains("above where the avatar stands"), "{told}");
+    let said = run([37.0, 0.0, 0.0], "--ground keep");
+    assert!(said.contains("note: away.npz: starts 40.0 m from the origin"), "{said}");
+    assert!(said.contains("use --ground clip or feet to start on"), "{said}");
+    let said = run([0.0, 0.0, 5.0], "--ground keep");
+    assert!(said.contains("above where the avatar stands"), "{said}");
     for (by, options) in [
         ([0.0, 0.0, 0.0], "--ground keep"),
         ([4.0, -2.0, 0.1], "--ground keep"),
         ([37.0, 0.0, 0.0], ""),
         ([-370.0, 40.0, 5.0], "--ground feet"),
     ] {
-        let told = run(by, options);
-        assert!(!told.contains("away.npz: starts"), "{by:?} {options}: {told}");
+        let said = run(by, options);
+        assert!(!said.contains("away.npz: starts"), "{by:?} {options}: {said}");
         let scene = scene(&bench, "me.glb");
         let first = PoseRequest { clip: Some((0, 0.0)), ..PoseRequest::default() };
         let hips = scene.bone("hips", &first).unwrap().unwrap();
@@ -425,8 +425,8 @@ fn what_a_model_lacks_or_has_too_much_of() {
     let command = format!("{COMMAND} --body model.npz -o me.glb");
     let quiet = bench.run(&command);
     assert!(quiet.code == Some(0) && !quiet.stderr.contains("unused"), "{}", quiet.stderr);
-    let told = bench.run(&format!("{command} --verbose"));
-    assert!(told.stderr.contains("note: model.npz: unused: dd, allow_pickle"), "{}", told.stderr);
+    let said = bench.run(&format!("{command} --verbose"));
+    assert!(said.stderr.contains("note: model.npz: unused: dd, allow_pickle"), "{}", said.stderr);
 }
 
 #[test]
@@ -446,10 +446,10 @@ fn correctives_of_any_shape_leave_the_rig_alone() {
     }
     for shape in [vec![vertices, 3, 93], vec![486 * vertices, 3], vec![vertices, 3, 207]] {
         let run = run_with(&shape);
-        let told = format!(
+        let said = format!(
             "note: model.npz: pose correctives are left out: `posedirs` must have shape \
              [{vertices}, 3, 486], got {shape:?}"
         );
-        assert!(run.code == Some(0) && run.stderr.contains(&told), "{run:?}");
+        assert!(run.code == Some(0) && run.stderr.contains(&said), "{run:?}");
     }
 }

@@ -573,7 +573,7 @@ fn masks_of_one_value() {
 
 /// NaN in a base goes into the result where the base shows, with a warning, however the base is read.
 #[test]
-fn nan_in_a_base_is_told() {
+fn nan_in_a_base_is_reported() {
     let bench = dressed();
     let base = |count: usize, size: Size| {
         let mut values = vec![0.5; size.texels() * 3];
@@ -599,11 +599,11 @@ fn nan_in_a_base_is_told() {
     ] {
         let run = bench.run(&format!("transfer plane.uvpair {options}"));
         assert_eq!(run.code, Some(0), "{options}: {}", run.stderr);
-        let told: Vec<&str> =
+        let messages: Vec<&str> =
             run.stderr.lines().filter(|line| line.contains("NaN or infinite")).collect();
         let wanted =
             format!("warning: {wanted} NaN or infinite, also in the result where the base shows");
-        assert_eq!(told, [wanted], "{options}");
+        assert_eq!(messages, [wanted], "{options}");
     }
     let run = bench.run("transfer plane.uvpair face.png --onto none.exr -o out.exr");
     assert!(!run.stderr.contains("NaN"), "{}", run.stderr);

@@ -19,12 +19,12 @@ enum Expected {
     /// The same within a tolerance, without a word.
     Near(f32),
     /// The same as of the plain file, with this in a note or warning.
-    Told(&'static str),
+    Warned(&'static str),
     /// Exit code 2 and one message with this.
     Refused(&'static str),
 }
 
-use Expected::{Near, Refused, Same, Told};
+use Expected::{Near, Refused, Same, Warned};
 
 /// A file, perhaps with others beside it.
 struct Case {
@@ -76,8 +76,8 @@ fn check(
             Same | Near(_) if !run.stderr.is_empty() => {
                 Some("must be read without a word".to_owned())
             }
-            Told(wanted) if !run.stderr.contains(wanted) => Some(format!("must say {wanted:?}")),
-            Same | Near(_) | Told(_) => {
+            Warned(wanted) if !run.stderr.contains(wanted) => Some(format!("must say {wanted:?}")),
+            Same | Near(_) | Warned(_) => {
                 let tolerance = if let Near(tolerance) = expected { tolerance } else { SAME };
                 match difference() {
                     Ok(found) if found <= tolerance => None,

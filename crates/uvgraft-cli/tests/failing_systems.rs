@@ -129,22 +129,22 @@ impl Case {
         shell.envs(program.get_envs().filter_map(|(name, value)| Some((name, value?))));
         let run = shell.output().expect("bash runs");
         let stderr = String::from_utf8_lossy(&run.stderr);
-        let told = format!("{loss}; uvgraft {} {streams}: {stderr}", self.words);
+        let reported = format!("{loss}; uvgraft {} {streams}: {stderr}", self.words);
         let code = run.status.code();
-        assert!(matches!(code, Some(0..=2)), "{code:?}, {told}");
+        assert!(matches!(code, Some(0..=2)), "{code:?}, {reported}");
         let code = code.unwrap_or_default();
         if code != 0 && !streams.contains("2>") {
-            assert!(!stderr.trim().is_empty(), "nothing is said: {told}");
-            assert!(!stderr.contains("panicked"), "{told}");
+            assert!(!stderr.trim().is_empty(), "nothing is said: {reported}");
+            assert!(!stderr.contains("panicked"), "{reported}");
         }
         let after = left(&bench);
         for (name, bytes) in &after {
             let is_known = before.get(name) == Some(bytes) || wanted.get(name) == Some(bytes);
-            assert!(is_known || Self::may_differ(name), "{}: {told}", name.display());
+            assert!(is_known || Self::may_differ(name), "{}: {reported}", name.display());
         }
         // A result that cannot be printed is the last of all.
         if code == 0 || streams.contains(">/dev/full") {
-            assert!(wanted.keys().all(|name| after.contains_key(name)), "{told}");
+            assert!(wanted.keys().all(|name| after.contains_key(name)), "{reported}");
         }
         code
     }
@@ -253,12 +253,12 @@ fn read_only_folders_and_full_disks() {
             let run = shell.output().unwrap();
             let stderr = String::from_utf8_lossy(&run.stderr);
             let stdout = String::from_utf8_lossy(&run.stdout);
-            let told = format!("{mount}: {words:?}\n{stdout}\n{stderr}");
+            let reported = format!("{mount}: {words:?}\n{stdout}\n{stderr}");
             let code = run.status.code().unwrap_or(-1);
-            assert!((least..=2).contains(&code), "{code}, {told}");
-            assert!(!stderr.contains("panicked") && !stdout.contains(".tmp"), "{told}");
+            assert!((least..=2).contains(&code), "{code}, {reported}");
+            assert!(!stderr.contains("panicked") && !stdout.contains(".tmp"), "{reported}");
             if code != 0 {
-                assert!(stderr.contains("error: "), "{told}");
+                assert!(stderr.contains("error: "), "{reported}");
             }
         }
     }
@@ -304,19 +304,19 @@ fn inputs_and_folders_that_change() {
             change(what, &bench.path("large.png"));
             let run = program.wait_with_output().unwrap();
             let stderr = String::from_utf8(run.stderr).unwrap();
-            let told = format!("{what} after {wait_ms} ms: {stderr}");
-            assert!(matches!(run.status.code(), Some(0..=2)), "{:?}, {told}", run.status);
-            assert_eq!(run.status.success(), stderr.is_empty(), "{told}");
+            let reported = format!("{what} after {wait_ms} ms: {stderr}");
+            assert!(matches!(run.status.code(), Some(0..=2)), "{:?}, {reported}", run.status);
+            assert_eq!(run.status.success(), stderr.is_empty(), "{reported}");
             failed += usize::from(!run.status.success());
             if bench.exists("there") {
                 let names = bench.path("there").read_dir().unwrap();
                 let names: Vec<_> = names.map(|entry| entry.unwrap().file_name()).collect();
-                assert_eq!(names, ["out.png"], "{told}");
+                assert_eq!(names, ["out.png"], "{reported}");
                 if run.status.success() {
                     let size = bench.texture("there/out.png").size();
-                    assert!([2048, 900].contains(&size.width), "{told}");
+                    assert!([2048, 900].contains(&size.width), "{reported}");
                 } else {
-                    assert_eq!(bench.bytes("there/out.png"), b"old", "{told}");
+                    assert_eq!(bench.bytes("there/out.png"), b"old", "{reported}");
                 }
             }
         }

@@ -33,7 +33,7 @@ fn names_in_meshes_and_pairs() {
         let run = bench.run(args);
         assert_eq!(run.code, Some(0), "{run:?}");
         assert_harmless(&run);
-        assert!(run.stdout.contains("1b"), "the name must be told: {}", run.stdout);
+        assert!(run.stdout.contains("1b"), "the name must be shown: {}", run.stdout);
     }
     let (head, body) = (bench.path("source.obj"), bench.path("target.obj"));
     let named = |name: &str| format!("{NAME}{name}");

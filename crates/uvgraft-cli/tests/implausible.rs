@@ -122,7 +122,7 @@ fn sheet(uv: impl Fn([f32; 2]) -> [f32; 2]) -> String {
 }
 
 /// A pair whose links are in the second part, and the picture through it.
-fn carried(bench: &Bench, avatar: &str) -> (String, Texture) {
+fn transferred(bench: &Bench, avatar: &str) -> (String, Texture) {
     let run = bench.run(&format!("pair sheet.obj {avatar} --vertex-map to_1.txt -o new.uvpair"));
     assert_eq!(run.code, Some(0), "{}", run.stderr);
     bench.succeed("transfer new.uvpair picture.png --onto #000000 --size 64 -o out.png");
@@ -160,7 +160,7 @@ fn parts_with_other_images_are_left_out() {
         ("plain", &plain, "linked is the layout of Face (no image)"),
     ] {
         bench.write(&format!("{name}.glb"), avatar(parts).glb());
-        let (said, texture) = carried(&bench, &format!("{name}.glb"));
+        let (said, texture) = transferred(&bench, &format!("{name}.glb"));
         assert!(said.contains(wanted) && said.contains("note: "), "{name}: {said}");
         assert!(texture == expected, "{name}");
     }
@@ -171,7 +171,7 @@ fn parts_with_other_images_are_left_out() {
     one.json["meshes"] = json!([{ "primitives": primitives }]);
     one.json["nodes"] = json!([{ "name": "Face", "mesh": 0 }]);
     bench.write("one.glb", one.with("/scenes/0/nodes", json!([0])).glb());
-    let (said, texture) = carried(&bench, "one.glb");
+    let (said, texture) = transferred(&bench, "one.glb");
     assert!(said.contains("one.glb#a material selects one"), "{said}");
     assert!(texture == expected);
     // The source's parts too.
@@ -236,7 +236,7 @@ fn where_images_are_unknown_overlaps_tell() {
     };
     let face = over.replace("usemtl hair", "usemtl face");
     bench.write("over.obj", over.clone() + &second(&face));
-    let (said, texture) = carried(&bench, "over.obj");
+    let (said, texture) = transferred(&bench, "over.obj");
     assert!(said.contains("note: over.obj: linked is the layout of face; left out"), "{said}");
     assert!(texture == expected);
     let beside = format!("usemtl hair\n{}", sheet(|[u, v]| [0.45 * u, v]));
@@ -248,7 +248,7 @@ fn where_images_are_unknown_overlaps_tell() {
     // Without any names nothing is left out, but what is not linked takes no texel.
     let nameless = |text: String| text.replace("usemtl hair\n", "").replace("usemtl face\n", "");
     bench.write("nameless.obj", nameless(bench_text(&bench, "over.obj")));
-    let (said, texture) = carried(&bench, "nameless.obj");
+    let (said, texture) = transferred(&bench, "nameless.obj");
     assert_eq!(said, "");
     assert!(texture == expected);
 }
@@ -307,7 +307,7 @@ fn links_in_other_layouts_are_lost_with_a_warning() {
 }
 
 #[test]
-fn flipped_layouts_are_told_and_flipped_back() {
+fn flipped_layouts_are_reported_and_flipped_back() {
     let figure = Figure::new();
     let bench = Bench::of_figure(&figure, 128);
     uvgraft_io::obj::save(&figure.head, bench.path("head.obj")).unwrap();
@@ -331,7 +331,7 @@ fn flipped_layouts_are_told_and_flipped_back() {
     derive("body_v.obj", "body.obj", &|[u, v]| [u, 1.0 - v]);
     derive("body_u.obj", "body.obj", &|[u, v]| [1.0 - u, v]);
     derive("head_turned.obj", "head.obj", &|[u, v]| [v, u]);
-    for (meshes, told, options) in [
+    for (meshes, reported, options) in [
         ("head_v.obj body.obj", "the V axis of head_v.obj seems to be flipped", "--flip-v source"),
         ("head_u.obj body.obj", "the U axis of head_u.obj seems to be flipped", "--flip-u source"),
         ("head.obj body_v.obj", "the V axis of body_v.obj seems to be flipped", "--flip-v target"),
@@ -339,7 +339,7 @@ fn flipped_layouts_are_told_and_flipped_back() {
     ] {
         let pair = format!("pair {meshes} --vertex-map head_ids.npy -o new.uvpair");
         let run = bench.run(&pair);
-        let wanted = format!("100 % of the linked area is mirrored: {told}");
+        let wanted = format!("100 % of the linked area is mirrored: {reported}");
         assert!(run.code == Some(0) && run.stderr.contains(&wanted), "{meshes}: {}", run.stderr);
         assert!(run.stderr.contains(options), "{}", run.stderr);
         let run = bench.run(&format!("{pair} {options}"));
@@ -429,7 +429,7 @@ fn hardly_any_links_are_warned_of() {
 /// Pictures in the layouts of the figure's head and body, right ones and wrong ones, in all places that
 /// take one.
 #[test]
-fn pictures_for_other_layouts_are_told() {
+fn pictures_for_other_layouts_are_reported() {
     let figure = Figure::new();
     let bench = Bench::of_figure(&figure, 512);
     bench.save("body.png", paint_body(&figure, Size::square(512)));
@@ -448,11 +448,11 @@ fn pictures_for_other_layouts_are_told() {
     let mut check = |command: &str, is_right: bool| {
         let run = bench.run(command);
         assert_eq!(run.code, Some(0), "{command}: {}", run.stderr);
-        let is_told = run.stderr.contains("does not look like a texture for the layout of");
-        assert!(!(is_right && is_told), "{command}: {}", run.stderr);
+        let is_reported = run.stderr.contains("does not look like a texture for the layout of");
+        assert!(!(is_right && is_reported), "{command}: {}", run.stderr);
         right += usize::from(is_right);
         wrong += usize::from(!is_right);
-        found += usize::from(is_told);
+        found += usize::from(is_reported);
     };
     for (picture, is_right) in made_for(heads, bodies) {
         check(&format!("transfer demo.uvpair {picture} --size 512 -o out.png"), is_right);
@@ -475,7 +475,7 @@ fn pictures_for_other_layouts_are_told() {
 }
 
 #[test]
-fn pictures_that_show_no_colours_are_told() {
+fn pictures_that_show_no_colours_are_reported() {
     let bench = Bench::of_figure(&Figure::new(), 128);
     let transfer = |name: &str| {
         let run = bench.run(&format!("transfer demo.uvpair {name} --onto base.png -o out.png"));

@@ -67,9 +67,9 @@ fn the_array_holds_what_the_map_says_in_both_directions() {
                 }
             }
         }
-        let carried = map.stats().linked + map.stats().gutter;
+        let transferred = map.stats().linked + map.stats().gutter;
         let found = grid(&bench, "grid.npy", size);
-        assert_eq!(found.iter().filter(|uv| !uv[0].is_nan()).count(), carried, "{options}");
+        assert_eq!(found.iter().filter(|uv| !uv[0].is_nan()).count(), transferred, "{options}");
         let bits = |grid: Vec<[f32; 2]>| grid.into_iter().map(|uv| uv.map(f32::to_bits));
         assert!(bits(found).eq(bits(wanted)), "{options}");
     }

@@ -16,7 +16,7 @@ fn bench() -> Bench {
 }
 
 /// Runs a transfer of maps into `out`, with its unit given.
-fn carry(bench: &Bench, options: &str) {
+fn transfer(bench: &Bench, options: &str) {
     bench.succeed(&format!("transfer plane.uvpair --unit m {options} -o out"));
 }
 
@@ -33,7 +33,7 @@ fn draw_normals(bench: &Bench, name: &str, down: bool) {
 #[test]
 fn maps_keep_what_they_are() {
     let bench = bench();
-    carry(
+    transfer(
         &bench,
         "--map albedo=a.png --map normal=n.png --map roughness=r.png --map displacement=d.exr --size 128",
     );
@@ -69,7 +69,7 @@ fn maps_keep_what_they_are() {
 #[test]
 fn outputs_are_named_for_roles() {
     let bench = bench();
-    carry(
+    transfer(
         &bench,
         "--map Base-Color=a.png --map AO=r.png --map height=d.exr --size 16 --format tif",
     );
@@ -88,7 +88,7 @@ fn outputs_are_named_for_roles() {
     assert_eq!(bench.texture("deep/displacement.png").depth(), Depth::U8);
     // The result is the same with several threads and jobs.
     let before = bench.bytes("out/base-color.tif");
-    carry(
+    transfer(
         &bench,
         "--map base-color=a.png --map ao=r.png --map height=d.exr --size 16 --format tif \
          --threads 4 --jobs 3",
@@ -194,7 +194,7 @@ fn green_points_up_or_down() {
     draw_normals(&bench, "up.png", false);
     draw_normals(&bench, "down.png", true);
     let normals = |options: &str| {
-        carry(&bench, &format!("{options} --size 128"));
+        transfer(&bench, &format!("{options} --size 128"));
         bench.texture("out/normal.png")
     };
     let up = normals("--map normal=up.png");
@@ -225,7 +225,10 @@ fn green_points_up_or_down() {
     }
     // A base of normals is in the result's convention, and unchanged.
     bench.draw("base.png", (128, 128), |x, y| [100 + (x % 50) as u8, 90 + (y % 70) as u8, 240]);
-    carry(&bench, "--map normal=up.png --onto normal=base.png --normal-y-out directx --gutter 0");
+    transfer(
+        &bench,
+        "--map normal=up.png --onto normal=base.png --normal-y-out directx --gutter 0",
+    );
     let [found, base] = ["out/normal.png", "base.png"].map(|name| bench.texture(name));
     for (x, y) in [(0, 0), (31, 60), (127, 127), (96, 96), (64, 20)] {
         assert_eq!(texel_u8(&found, x, y), texel_u8(&base, x, y), "{x}, {y}");
@@ -257,7 +260,7 @@ fn data_is_never_converted() {
     }
     // The fourth channel of data is data.
     bench.draw("packed.png", (64, 64), |x, y| [(x * 4) as u8, (y * 4) as u8, 9, 0]);
-    carry(&bench, "--map orm=packed.png --onto orm=#01020304 --size 128 --gutter 0");
+    transfer(&bench, "--map orm=packed.png --onto orm=#01020304 --size 128 --gutter 0");
     let packed = bench.texture("out/orm.png");
     assert_eq!(texel_u8(&packed, 60, 70), [112, 152, 9, 0]);
     assert_eq!(texel_u8(&packed, 10, 10), [1, 2, 3, 4]);
@@ -274,7 +277,7 @@ fn all_maps_have_the_same_weights() {
     bench.paint("x.png", (64, 64), Channels::Rgb, &[255, 128, 128]);
     for options in ["--feather 10mm", "--blend membrane", "--feather 10mm --source-mask known.png"]
     {
-        carry(
+        transfer(
             &bench,
             &format!(
                 "--map emissive=white.png --map roughness=white.png --map height=one.exr \
@@ -319,7 +322,7 @@ fn only_colours_are_toned() {
     let maps = ["albedo", "emissive", "orm"];
     let options: Vec<String> =
         maps.iter().map(|role| format!("--map {role}=face.png --onto {role}=base.png")).collect();
-    carry(&bench, &format!("{} --blend membrane", options.join(" ")));
+    transfer(&bench, &format!("{} --blend membrane", options.join(" ")));
     let middle = |role: &str| texel_u8(&bench.texture(&format!("out/{role}.png")), 64, 64);
     assert!(middle("albedo").iter().zip([200_u8, 150, 130]).all(|(a, b)| a.abs_diff(b) <= 1));
     assert_eq!(middle("emissive"), [150, 105, 85]);
@@ -333,15 +336,16 @@ fn overlaps_are_averaged() {
     bench.paint_noise("noise.png", (64, 64), Channels::Rgb, Depth::U8);
     // On the surface, too.
     for how in ["", "--blend none", "--data"] {
-        let carry = |options: &str| {
+        let transfer = |options: &str| {
             bench.succeed(&format!(
                 "transfer eyes.uvpair noise.png --size 64 --gutter 0 --onto #456 {how} {options} -o out.png"
             ));
             bench.texture("out.png")
         };
         let [left, right, first, average] =
-            ["--prefer left", "--prefer right", "--overlap first", "--overlap average"].map(carry);
-        assert!(first == carry("--prefer first"));
+            ["--prefer left", "--prefer right", "--overlap first", "--overlap average"]
+                .map(transfer);
+        assert!(first == transfer("--prefer first"));
         for (x, y) in (0..64 * 64).map(|k| (k % 64, k / 64)) {
             let [left, right, average] = [&left, &right, &average].map(|of| texel_u8(of, x, y));
             // A visible island keeps a fringe, beyond which the other one is alone.

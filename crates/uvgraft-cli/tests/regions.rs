@@ -41,8 +41,8 @@ fn white(bench: &Bench, options: &str) -> [Vec<u32>; 2] {
         "transfer plane.uvpair white.png --onto #000 --size 128 --gutter 0 --filter nearest \
          {options} -o out.png"
     ));
-    let told = ["", "note: --region has no effect: it covers everything linked\n"];
-    assert!(run.code == Some(0) && told.contains(&run.stderr.as_str()), "{options}: {run:?}");
+    let reported = ["", "note: --region has no effect: it covers everything linked\n"];
+    assert!(run.code == Some(0) && reported.contains(&run.stderr.as_str()), "{options}: {run:?}");
     let out = bench.texture("out.png");
     let is_white = |x, y| match out.get(x, y, 0) {
         0.0 => false,
@@ -442,7 +442,7 @@ fn lengths_beyond_the_region_are_refused_with_its_size() {
 
 /// What selects everything, or excludes what is outside, does nothing, and is told.
 #[test]
-fn parts_that_change_nothing_are_told() {
+fn parts_that_change_nothing_are_reported() {
     let bench = bench();
     bench.paint("all.png", (64, 64), Channels::Grey, &[255]);
     let said = |options: &str| {
@@ -459,10 +459,10 @@ fn parts_that_change_nothing_are_told() {
         said("--region parts.json#left --exclude parts.json#right"),
         "note: --exclude parts.json has no effect: outside of the region\n"
     );
-    for told in
+    for reported in
         ["--region half.npy", "--exclude half.npy", "--region half.npy --exclude parts.json#corner"]
     {
-        assert_eq!(said(told), "", "{told}");
+        assert_eq!(said(reported), "", "{reported}");
     }
 }
 

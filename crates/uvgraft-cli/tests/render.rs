@@ -66,12 +66,12 @@ fn poses_clips_and_expressions_move_it() {
 }
 
 #[test]
-fn the_camera_is_told_as_json() {
+fn the_camera_is_reported_as_json() {
     let bench = bench();
-    let told = bench.succeed("render me.glb -o me.png --size 8 --print-camera --azimuth 90");
-    let camera: Value = serde_json::from_str(&told).unwrap();
+    let reported = bench.succeed("render me.glb -o me.png --size 8 --print-camera --azimuth 90");
+    let camera: Value = serde_json::from_str(&reported).unwrap();
     let eye: Vec<f64> = serde_json::from_value(camera["eye"].clone()).unwrap();
-    assert!(eye[0] > 3.0 && eye[2].abs() < 1e-4, "{told}");
+    assert!(eye[0] > 3.0 && eye[2].abs() < 1e-4, "{reported}");
     assert_eq!((&camera["target"], &camera["fov_y"]), (&json!([0.0, 1.0, 0.0]), &json!(24.0)));
 }
 
@@ -79,10 +79,10 @@ fn the_camera_is_told_as_json() {
 fn a_camera_aims_at_bones_and_boxes() {
     let bench = bench();
     let camera = |options: &str| -> Value {
-        let told = bench.succeed(&format!(
+        let reported = bench.succeed(&format!(
             "render me.glb -o me.png --size 8 --print-camera --azimuth 0 --elevation 0 {options}"
         ));
-        serde_json::from_str(&told).unwrap()
+        serde_json::from_str(&reported).unwrap()
     };
     // The head moves only the upper end.
     assert_eq!(camera("--look-at head")["target"], json!([0.0, 2.0, 0.0]));
@@ -100,9 +100,9 @@ fn a_camera_aims_at_bones_and_boxes() {
 fn heads_are_found_by_their_necks_and_busts_are_all_head() {
     let bench = bench();
     let target = |file: &str| {
-        let told =
+        let reported =
             bench.succeed(&format!("render {file} -o a.png --size 8 --print-camera --camera head"));
-        let camera: Value = serde_json::from_str(&told).unwrap();
+        let camera: Value = serde_json::from_str(&reported).unwrap();
         camera["target"][1].as_f64().unwrap()
     };
     let named = |name: &str, scale: f32| {

@@ -12,7 +12,7 @@ use uvgraft_assembly::selfie::{Head, Networks};
 use uvgraft_assembly::{AvatarRequest, Body, Fault, Input, Observer, RenderRequest, SelfieRequest};
 use uvgraft_figure::Figure;
 use uvgraft_figure::motion::as_amass;
-use uvgraft_gltf::glb::{Permissions, PictureFormat};
+use uvgraft_gltf::glb::{EmbeddedFormat, Permissions};
 use uvgraft_io::arrays::{self, NamedArrays, NumericArray};
 use uvgraft_pipeline::{BaseSource, Event, RegionPart, Unit};
 use uvgraft_tests::downloads;
@@ -40,7 +40,7 @@ fn request(body: Body, given: impl Fn(&str) -> Input) -> AvatarRequest {
     request.fill = Some(given("face.png"));
     request.materials.maps = vec![(MapRole::Roughness, given("rough.png"))];
     request.textures.quality = Some(80);
-    request.textures.format = Some(PictureFormat::Jpeg);
+    request.textures.format = Some(EmbeddedFormat::Jpeg);
     request.metadata = Metadata {
         authors: vec!["Nobody".to_owned()],
         license: Some(Permissions::ONLY_AUTHOR),
@@ -86,14 +86,14 @@ fn avatar_from_files_and_from_bytes() {
 /// Remembers what it is told, and may cancel.
 #[derive(Default)]
 struct Notebook {
-    told: Mutex<Vec<String>>,
+    reported: Mutex<Vec<String>>,
     cancels: bool,
 }
 
 impl Observer for Notebook {
     fn event(&self, event: Event<'_>) {
         if let Event::Note(text) | Event::Warning(text) = event {
-            self.told.lock().unwrap().push(text.to_owned());
+            self.reported.lock().unwrap().push(text.to_owned());
         }
     }
 
@@ -103,15 +103,15 @@ impl Observer for Notebook {
 }
 
 #[test]
-fn observers_are_told_and_may_cancel() {
+fn observers_are_reported_and_may_cancel() {
     let bench = bench();
     let mut request = request(Body::Figure, |name| bench.path(name).into());
-    let mut told = Notebook::default();
-    request.make(&told).unwrap();
-    let said = told.told.lock().unwrap().join("\n");
+    let mut reported = Notebook::default();
+    request.make(&reported).unwrap();
+    let said = reported.reported.lock().unwrap().join("\n");
     assert!(said.contains("wave.npz: falling back to `ground` feet: the demo"), "{said}");
-    told.cancels = true;
-    assert_eq!(request.make(&told).unwrap_err().fault(), Fault::Cancelled);
+    reported.cancels = true;
+    assert_eq!(request.make(&reported).unwrap_err().fault(), Fault::Cancelled);
     request.onto = None;
     let failure = request.make(&()).unwrap_err();
     assert_eq!(failure.fault(), Fault::Input);

@@ -217,11 +217,11 @@ fn figure_bench() -> Bench {
 #[test]
 fn the_tone_of_a_face() {
     let bench = figure_bench();
-    let carry =
+    let transfer =
         "transfer figure.uvpair face.png --onto body.png --unit m --feather 10mm --keep-all";
-    bench.succeed(&format!("{carry} -o plain.png"));
+    bench.succeed(&format!("{transfer} -o plain.png"));
     // It warns that a face so much lighter is hardly the same person's.
-    assert_eq!(bench.run(&format!("{carry} --blend membrane -o toned.png")).code, Some(0));
+    assert_eq!(bench.run(&format!("{transfer} --blend membrane -o toned.png")).code, Some(0));
     let judge = |texture: &str, options: &str| {
         bench.succeed(&format!("seams figure.uvpair {texture} --worst 1 {options}"))
     };

@@ -87,8 +87,8 @@ fn without_networks_the_commands_that_get_them_are_named() {
     bench.refuse(&format!("selfie me.png {SELFIE} -o face.png"), &wanted);
     let avatar = "avatar --selfie me.png --body demo --onto #c08a70 --size 256 -o me.glb";
     bench.refuse(avatar, &wanted);
-    let told = bench.run(avatar).stderr;
-    assert!(told.lines().count() == 1 && !told.contains("\\n"), "{told}");
+    let reported = bench.run(avatar).stderr;
+    assert!(reported.lines().count() == 1 && !reported.contains("\\n"), "{reported}");
 }
 
 #[test]
@@ -218,7 +218,7 @@ fn a_photograph_becomes_a_texture_without_its_metadata() {
 }
 
 #[test]
-fn textures_that_are_given_as_photographs_are_told() {
+fn textures_that_are_given_as_photographs_are_reported() {
     let Some(bench) = fetched() else { return };
     const TOLD: &str = "looks like the texture of a head rather than a photograph";
     let run = |photo: &str, output: &str| {
@@ -226,10 +226,10 @@ fn textures_that_are_given_as_photographs_are_told() {
         assert_eq!(run.code, Some(0), "{}", run.stderr);
         run.stderr
     };
-    let told = run("astronaut.png", "face.png");
-    assert!(!told.contains(TOLD), "{told}");
-    let told = run("face.png", "again.png");
-    assert!(told.contains("warning: face.png: ") && told.contains(TOLD), "{told}");
+    let reported = run("astronaut.png", "face.png");
+    assert!(!reported.contains(TOLD), "{reported}");
+    let reported = run("face.png", "again.png");
+    assert!(reported.contains("warning: face.png: ") && reported.contains(TOLD), "{reported}");
     let avatar = bench.run(
         "avatar --selfie face.png --onto #c08a70 --size 256 --body demo --mouth none -o me.glb",
     );
@@ -239,8 +239,8 @@ fn textures_that_are_given_as_photographs_are_told() {
     };
     for name in ["body_light.jpg", "body_medium.jpg", "flame_mean_texture.jpg"] {
         let path = folder.join(name);
-        let told = run(path.to_str().unwrap(), "again.png");
-        assert!(told.contains(TOLD), "{name}: {told}");
+        let reported = run(path.to_str().unwrap(), "again.png");
+        assert!(reported.contains(TOLD), "{name}: {reported}");
     }
 }
 

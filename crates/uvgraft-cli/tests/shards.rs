@@ -84,16 +84,16 @@ fn membership_is_pinned() {
     bench.paint("0001.png", (32, 32), Channels::Rgb, &[1, 2, 3]);
     // `int.from_bytes(hashlib.sha256(b"0001.png").digest()[:8], "big") % 64` in Python.
     let args = "transfer my.uvpair 0001.png --size 32 -o out.png --shard";
-    let told = bench.succeed("transfer my.uvpair 0001.png --size 32 -o out/ --shard 0/64");
-    assert_eq!(told, "no textures in shard 0/64\n");
+    let reported = bench.succeed("transfer my.uvpair 0001.png --size 32 -o out/ --shard 0/64");
+    assert_eq!(reported, "no textures in shard 0/64\n");
     assert!(!bench.exists("out"));
     let index = PINNED;
     bench.succeed(&format!("transfer my.uvpair 0001.png --size 32 -o out/ --shard {index}/64"));
     assert!(bench.exists("out/0001.png"));
     // The output decides, not the source.
-    let told: Vec<String> =
+    let reported: Vec<String> =
         (0..3).map(|index| bench.succeed(&format!("{args} {index}/3"))).collect();
-    assert_eq!(told.iter().filter(|told| told.is_empty()).count(), 1, "{told:?}");
+    assert_eq!(reported.iter().filter(|reported| reported.is_empty()).count(), 1, "{reported:?}");
     assert!(bench.exists("out.png"));
 }
 
@@ -127,9 +127,9 @@ fn shards_that_run_at_once_share_a_folder() {
     assert_eq!(done(""), "40 of 40 up to date\n");
     let of_three = (0..3).map(|shard| done(&format!("--shard {shard}/3")));
     let counts: Vec<usize> = of_three
-        .map(|told| {
-            let words: Vec<&str> = told.split_whitespace().collect();
-            assert_eq!(words[0], words[2], "{told}");
+        .map(|reported| {
+            let words: Vec<&str> = reported.split_whitespace().collect();
+            assert_eq!(words[0], words[2], "{reported}");
             words[0].parse().unwrap()
         })
         .collect();
@@ -156,8 +156,8 @@ fn processes_without_shards_keep_records_whole() {
         assert_eq!(process.wait().unwrap().code(), Some(0));
     }
     assert_eq!(lines(&bench, "out/.uvgraft-manifest.jsonl").len(), 40);
-    let told = bench.succeed(&format!("{TRANSFER} --skip-existing -o out"));
-    assert_eq!(told, "40 of 40 up to date\n");
+    let reported = bench.succeed(&format!("{TRANSFER} --skip-existing -o out"));
+    assert_eq!(reported, "40 of 40 up to date\n");
 }
 
 #[cfg(unix)]
@@ -191,8 +191,8 @@ fn a_killed_shard_is_finished_by_the_next_run() {
     let run = bench.run(&args);
     assert_eq!(run.code, Some(0), "{}", run.stderr);
     assert!(images(&bench, "out") == wanted);
-    let told = bench.run(&args).stdout;
-    assert_eq!(told, "40 of 40 up to date\n");
+    let reported = bench.run(&args).stdout;
+    assert_eq!(reported, "40 of 40 up to date\n");
 }
 
 #[test]
@@ -212,8 +212,8 @@ fn lists_name_textures() {
     bench.make_folder("old");
     bench.succeed(&format!("{transfer} old --skip-existing"));
     assert!(images(&bench, "old") == BTreeMap::from(wanted.clone()));
-    let told = bench.succeed(&format!("{transfer} old --skip-existing"));
-    assert_eq!(told, "3 of 3 up to date\n");
+    let reported = bench.succeed(&format!("{transfer} old --skip-existing"));
+    assert_eq!(reported, "3 of 3 up to date\n");
     let records = lines(&bench, "old/.uvgraft-manifest.jsonl");
     let mut names: Vec<&str> = records.iter().map(|it| it["output"].as_str().unwrap()).collect();
     names.sort_unstable();

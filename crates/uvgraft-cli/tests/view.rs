@@ -103,7 +103,7 @@ fn refuses_what_it_cannot_show() {
     bench.make_folder("folder.glb");
     bench.write("page.html", b"mine");
     let length = file.len();
-    let told = format!(
+    let reported = format!(
         "truncated file: the GLB ends at byte {length}, but the file has {} bytes",
         length - 1
     );
@@ -112,7 +112,7 @@ fn refuses_what_it_cannot_show() {
         ("folder.glb", "folder.glb: must be a file"),
         ("ids.npy", "ids.npy: "),
         ("empty.glb", "empty.glb: not a glTF file"),
-        ("cut.glb", &*told),
+        ("cut.glb", &*reported),
         ("old.glb", "version must be 2, got 1"),
         ("me.glb --look-at tail", "no bone \"tail\""),
         ("me.glb --look-at 1,2", "six numbers"),

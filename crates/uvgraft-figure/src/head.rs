@@ -209,6 +209,54 @@ struct RingPoint {
 /// Rings from the boundary inwards, from the boundary points and their angles around the block.
 type Rings = fn(&[Vec3], &[f32]) -> Vec<Vec<RingPoint>>;
 
+/// A block's chart parameters as a flat view from the front.
+struct FrontView {
+    /// Lowest and highest coordinates of the boundary.
+    x: (f32, f32),
+    y: (f32, f32),
+    /// Lowest and highest parameters of the boundary.
+    s: (f32, f32),
+    t: (f32, f32),
+}
+
+impl FrontView {
+    fn of(rim: &[Knot], points: &[Vec3]) -> Self {
+        let extent = |values: &mut dyn Iterator<Item = f32>| {
+            values.fold((f32::INFINITY, f32::NEG_INFINITY), |(low, high), value| {
+                (low.min(value), high.max(value))
+            })
+        };
+        Self {
+            x: extent(&mut points.iter().map(|p| p.x)),
+            y: extent(&mut points.iter().map(|p| p.y)),
+            s: extent(&mut rim.iter().map(|k| k.at[0])),
+            t: extent(&mut rim.iter().map(|k| k.at[1])),
+        }
+    }
+
+    /// The direction of parameters from the centre.
+    fn angle(&self, at: [f32; 2]) -> f32 {
+        let right = (at[0] - self.s.0) / (self.s.1 - self.s.0) * 2.0 - 1.0;
+        let down = (at[1] - self.t.0) / (self.t.1 - self.t.0) * 2.0 - 1.0;
+        (-down).atan2(right)
+    }
+
+    /// The parameters of a point in the frontal plane.
+    fn at(&self, [px, py]: [f32; 2]) -> [f32; 2] {
+        let Self { x, y, s, t } = self;
+        [mix(s.0, s.1, (px - x.0) / (x.1 - x.0)), mix(t.0, t.1, (y.1 - py) / (y.1 - y.0))]
+    }
+
+    /// How far from the centre a point is, as a share of the boundary's distance.
+    fn outwards(&self, point: [f32; 2], at_rim: Vec3) -> f32 {
+        let Self { x, y, .. } = self;
+        let centre = [0.5 * (x.0 + x.1), 0.5 * (y.0 + y.1)];
+        let (dx, dy) = (at_rim.x - centre[0], at_rim.y - centre[1]);
+        let (px, py) = (point[0] - centre[0], point[1] - centre[1]);
+        ((px * px + py * py) / (dx * dx + dy * dy)).sqrt().min(1.0)
+    }
+}
+
 /// Fills a block with rings of quads and returns their knots.
 ///
 /// Chart parameters blend from the grid's, at the boundary, to a flat front view in the centre. The
@@ -216,24 +264,8 @@ type Rings = fn(&[Vec3], &[f32]) -> Vec<Vec<RingPoint>>;
 /// parameters would jump there.
 fn set_rings(surface: &mut Surface, rim: &[Knot], rings: Rings) -> Vec<Vec<Knot>> {
     let points: Vec<Vec3> = rim.iter().map(|k| surface.positions[k.vertex as usize]).collect();
-    let extent = |values: &mut dyn Iterator<Item = f32>| {
-        values.fold((f32::INFINITY, f32::NEG_INFINITY), |(low, high), value| {
-            (low.min(value), high.max(value))
-        })
-    };
-    let x = extent(&mut points.iter().map(|p| p.x));
-    let y = extent(&mut points.iter().map(|p| p.y));
-    let s = extent(&mut rim.iter().map(|k| k.at[0]));
-    let t = extent(&mut rim.iter().map(|k| k.at[1]));
-    let centre = [0.5 * (x.0 + x.1), 0.5 * (y.0 + y.1)];
-    let angles: Vec<f32> = rim
-        .iter()
-        .map(|knot| {
-            let right = (knot.at[0] - s.0) / (s.1 - s.0) * 2.0 - 1.0;
-            let down = (knot.at[1] - t.0) / (t.1 - t.0) * 2.0 - 1.0;
-            (-down).atan2(right)
-        })
-        .collect();
+    let front = FrontView::of(rim, &points);
+    let angles: Vec<f32> = rim.iter().map(|knot| front.angle(knot.at)).collect();
     let rings = rings(&points, &angles);
     // The inside of the mouth is flat in any case.
     let count = rings.len().min(10) as f32;
@@ -246,21 +278,10 @@ fn set_rings(surface: &mut Surface, rim: &[Knot], rings: Rings) -> Vec<Vec<Knot>
             .iter()
             .zip(rim.iter().zip(&points))
             .map(|(point, (from, at_rim))| {
-                let plane = |[px, py]: [f32; 2]| {
-                    [
-                        mix(s.0, s.1, (px - x.0) / (x.1 - x.0)),
-                        mix(t.0, t.1, (y.1 - py) / (y.1 - y.0)),
-                    ]
-                };
-                let here = plane(point.chart_xy);
-                let rim_plane = plane([at_rim.x, at_rim.y]);
+                let here = front.at(point.chart_xy);
+                let rim_plane = front.at([at_rim.x, at_rim.y]);
                 // Offset of the boundary's parameters from the front view, fading inwards.
-                let inwards = {
-                    let (dx, dy) = (at_rim.x - centre[0], at_rim.y - centre[1]);
-                    let (px, py) = (point.chart_xy[0] - centre[0], point.chart_xy[1] - centre[1]);
-                    ((px * px + py * py) / (dx * dx + dy * dy)).sqrt().min(1.0)
-                };
-                let keep = (1.0 - flat) * inwards;
+                let keep = (1.0 - flat) * front.outwards(point.chart_xy, *at_rim);
                 let at = [
                     here[0] + (from.at[0] - rim_plane[0]) * keep,
                     here[1] + (from.at[1] - rim_plane[1]) * keep,

@@ -53,6 +53,43 @@ pub(crate) struct Limits {
     pub groups: u32,
 }
 
+impl Limits {
+    fn new(limits: &wgpu::Limits) -> Self {
+        Self {
+            binding: limits
+                .max_storage_buffer_binding_size
+                .min(limits.max_buffer_size)
+                .min(MAX_BINDING),
+            tile_bits: limits.max_texture_dimension_2d.ilog2().min(MAX_TILE_BITS),
+            tiles: limits.max_texture_array_layers,
+            groups: limits.max_compute_workgroups_per_dimension,
+        }
+    }
+}
+
+/// Where the first failure of a device will be.
+fn first_failure(device: &wgpu::Device) -> Arc<Mutex<Option<GpuError>>> {
+    let failure = Arc::new(Mutex::new(None));
+    let first = |failure: &Mutex<Option<GpuError>>, error: GpuError| {
+        failure.lock().unwrap_or_else(PoisonError::into_inner).get_or_insert(error);
+    };
+    let uncaptured = Arc::clone(&failure);
+    device.on_uncaptured_error(Arc::new(move |error: wgpu::Error| {
+        let error = match error {
+            wgpu::Error::OutOfMemory { .. } => GpuError::Memory,
+            error => GpuError::Device(error.to_string()),
+        };
+        first(&uncaptured, error);
+    }));
+    let lost = Arc::clone(&failure);
+    device.set_device_lost_callback(move |reason, message| {
+        if reason != wgpu::DeviceLostReason::Destroyed {
+            first(&lost, GpuError::Device(format!("the device was lost: {message}")));
+        }
+    });
+    failure
+}
+
 impl Gpu {
     /// Opens the fastest adapter.
     ///
@@ -95,39 +132,8 @@ impl Gpu {
             })
             .await
             .map_err(|error| no_device(error.to_string()))?;
-        let failure = Arc::new(Mutex::new(None));
-        let first = |failure: &Mutex<Option<GpuError>>, error: GpuError| {
-            failure.lock().unwrap_or_else(PoisonError::into_inner).get_or_insert(error);
-        };
-        let uncaptured = Arc::clone(&failure);
-        device.on_uncaptured_error(Arc::new(move |error: wgpu::Error| {
-            let error = match error {
-                wgpu::Error::OutOfMemory { .. } => GpuError::Memory,
-                error => GpuError::Device(error.to_string()),
-            };
-            first(&uncaptured, error);
-        }));
-        let lost = Arc::clone(&failure);
-        device.set_device_lost_callback(move |reason, message| {
-            if reason != wgpu::DeviceLostReason::Destroyed {
-                first(&lost, GpuError::Device(format!("the device was lost: {message}")));
-            }
-        });
-        Ok(Self {
-            name: info.name.as_str().into(),
-            failure,
-            limits: Limits {
-                binding: limits
-                    .max_storage_buffer_binding_size
-                    .min(limits.max_buffer_size)
-                    .min(MAX_BINDING),
-                tile_bits: limits.max_texture_dimension_2d.ilog2().min(MAX_TILE_BITS),
-                tiles: limits.max_texture_array_layers,
-                groups: limits.max_compute_workgroups_per_dimension,
-            },
-            device,
-            queue,
-        })
+        let (failure, limits) = (first_failure(&device), Limits::new(&limits));
+        Ok(Self { name: info.name.as_str().into(), failure, limits, device, queue })
     }
 
     /// The adapter's name.

@@ -16,9 +16,9 @@
 //! use uvgraft_gpu::{Adapters, Gpu};
 //!
 //! /// On the device if there is one, else on the CPU.
-//! fn carry(graft: &Graft, face: &Texture, base: &Texture) -> Result<Texture, Box<dyn std::error::Error>> {
+//! fn transfer(graft: &Graft, face: &Texture, base: &Texture) -> Result<Texture, Box<dyn std::error::Error>> {
 //!     match Gpu::new(Adapters::Hardware) {
-//!         Ok(gpu) => Ok(gpu.transfer(graft)?.carry(face, base)?),
+//!         Ok(gpu) => Ok(gpu.transfer(graft)?.apply_texture(face, base)?),
 //!         Err(error) => {
 //!             eprintln!("{error}; the CPU is used");
 //!             Ok(graft.apply(face, base)?)

@@ -91,7 +91,7 @@ fn compare(
             .build()
             .unwrap();
         let wanted = graft.apply(&face, &base).unwrap();
-        let found = gpu.transfer(&graft).unwrap().carry(&face, &base).unwrap();
+        let found = gpu.transfer(&graft).unwrap().apply_texture(&face, &base).unwrap();
         let worst = difference(&found, &wanted);
         let is_exact = filter == Filter::Nearest && !channels.has_alpha();
         // The hundredth is for the rounding of `Texture::get`.
@@ -183,12 +183,12 @@ fn textures_stay_on_the_device() {
     let (forward, backward) = (on_device(&there), on_device(&back));
     let uploaded = faces.each_ref().map(|face| gpu.upload(face).unwrap());
     let base_there = gpu.upload(&base).unwrap();
-    let carried = forward.apply_all(&uploaded.each_ref(), &base_there).unwrap();
-    let carried: Vec<&crate::DeviceTexture> = carried.iter().collect();
-    let returned = backward.apply_all(&carried, &uploaded[0]).unwrap();
-    for ((face, carried), returned) in faces.iter().zip(carried).zip(&returned) {
+    let transferred = forward.apply_all(&uploaded.each_ref(), &base_there).unwrap();
+    let transferred: Vec<&crate::DeviceTexture> = transferred.iter().collect();
+    let returned = backward.apply_all(&transferred, &uploaded[0]).unwrap();
+    for ((face, transferred), returned) in faces.iter().zip(transferred).zip(&returned) {
         let wanted = there.apply(face, &base).unwrap();
-        assert_eq!(gpu.download(carried).unwrap(), wanted);
+        assert_eq!(gpu.download(transferred).unwrap(), wanted);
         assert_eq!(gpu.download(returned).unwrap(), back.apply(&wanted, &faces[0]).unwrap());
     }
     // The inputs are as they were.

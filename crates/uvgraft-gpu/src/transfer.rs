@@ -108,7 +108,7 @@ impl Transfer {
     /// # Errors
     /// As [`Transfer::apply`], except for [`GpuError::Formats`].
     #[cfg(not(target_family = "wasm"))]
-    pub fn carry(&self, texture: &Texture, base: &Texture) -> Result<Texture, GpuError> {
+    pub fn apply_texture(&self, texture: &Texture, base: &Texture) -> Result<Texture, GpuError> {
         let formats = [texture.format(), base.format()];
         let working = self.plan.working([texture.clone(), base.clone()]);
         let [texture, base] = working.each_ref().map(|texture| self.gpu.upload(texture));

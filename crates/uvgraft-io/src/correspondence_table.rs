@@ -115,7 +115,7 @@ fn form(
 /// - An NPY array of shape `(n, 4)` with a face and three weights, of shape `(height, width, 2)` with
 ///   UV coordinates, or of any other two axes as a dense matrix.
 ///
-/// Arrays are told by their names:
+/// Arrays are recognised by their names:
 /// - `uv_grid` and `pix_to_face`: [`TexelGrid`].
 /// - `valid_pixel_ids`, `valid_pixel_3d_faces`, ...: [`TexelLayout`].
 /// - Faces: `face_ids`, `faces`, `closest_faces`, `lmk_face_idx` and others; with shape `(n, 3)` they

@@ -185,19 +185,6 @@ pub fn read(input: impl Into<Input>) -> Result<VertexGroups, ReadError<VertexGro
     input.into().parse(MAX_FILE_BYTES, parse)
 }
 
-/// Reads one group of a file for a mesh with the given number of `vertices`; see
-/// [`VertexGroups::vertices`].
-///
-/// # Errors
-/// As [`read`], and for a group that does not exist or does not fit the mesh. Each names the file.
-pub fn read_group(
-    input: impl Into<Input>,
-    name: &str,
-    vertices: usize,
-) -> Result<Vec<u32>, ReadError<VertexGroupsError>> {
-    input.into().parse(MAX_FILE_BYTES, |bytes| parse(bytes)?.vertices(name, vertices))
-}
-
 fn from_pickle(bytes: &[u8]) -> Result<VertexGroups, VertexGroupsError> {
     let pickle = pickle::parse(bytes)?;
     let root = pickle.root();

@@ -401,7 +401,7 @@ fn tensors_stay_in_their_storage() {
 }
 
 #[test]
-fn other_files_are_told_apart() {
+fn other_files_are_reported_apart() {
     for (bytes, wanted) in [
         (&b""[..], "must be an NPZ archive or a pickle of arrays by name, got an empty file"),
         (b"v 0 0 0\n", "got a file that starts with `v 0 0 0\\n`"),

@@ -5,7 +5,8 @@ use uvgraft::texture::{Size, Texture};
 
 use super::MetricError;
 
-/// The texels that a metric compares; at least one.
+/// The texels that a metric compares, at least one, in textures of one size; a region of the surface is
+/// a [`Selection`](uvgraft::blend::Selection).
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Mask {
     size: Size,

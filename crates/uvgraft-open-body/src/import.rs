@@ -1,7 +1,7 @@
 //! From the wheel to the arrays of a model file.
 
 use glam::Vec3;
-use uvgraft::threads;
+use uvgraft::{Mesh, threads};
 use uvgraft_avatar::body::BodyError;
 use uvgraft_files::input::{Input, ReadError};
 use uvgraft_io::arrays::{NamedArrays, NumericArray};
@@ -144,34 +144,12 @@ impl Body {
             let values = grid.targets.iter().flat_map(row).collect();
             floats(&format!("shape_grid_{at}"), &shape, values)?;
         }
-        let uv = mesh.uv().iter().flat_map(|&[u, v]| [u, 1.0 - v]).collect();
-        floats("vt", &[mesh.uv().len(), 2], uv)?;
-        let head = HeadLayout::new(mesh, &self.weights);
-        floats("head_vt", &[head.uv.len(), 2], head.uv.concat())?;
-
-        let mut integers = |name: &str, shape: &[usize], values: Vec<i64>| {
-            put(&mut arrays, name, NumericArray::new_i64(shape.to_vec(), values))
-        };
-        let indices = |faces: &[[u32; 3]]| faces.iter().flatten().map(|&at| at.into()).collect();
-        let triangles = mesh.faces().len();
-        integers("f", &[triangles, 3], indices(mesh.faces()))?;
-        integers("ft", &[triangles, 3], indices(mesh.uv_faces()))?;
-        let list = |indices: &[u32]| indices.iter().map(|&at| at.into()).collect();
-        integers("head_v", &[head.vertices.len()], list(&head.vertices))?;
-        integers("head_f", &[head.faces.len(), 3], indices(&head.faces))?;
-        integers("head_ft", &[head.faces.len(), 3], indices(&head.uv_faces))?;
+        put_mesh(&mut arrays, mesh, &HeadLayout::new(mesh, &self.weights))?;
         let parent = |joint: usize| joints::parent(joint).map_or(-1, |parent| parent as i64);
         let table = (0..joints::COUNT).map(parent).chain(0..joints::COUNT as i64).collect();
-        integers("kintree_table", &[2, joints::COUNT], table)?;
-        // The part that each triangle belongs to.
-        let parts = mesh.parts().iter().enumerate().flat_map(|(part, polygons)| {
-            let faces =
-                polygons.polygons.clone().flat_map(|polygon| mesh.polygon(polygon as usize));
-            faces.map(move |_| part as i64)
-        });
-        integers("face_part", &[triangles], parts.collect())?;
-        let names: Vec<&str> = mesh.parts().iter().map(|part| part.group.as_str()).collect();
-        arrays.insert_text("part_names", names.join("\n"));
+        let table = NumericArray::new_i64(vec![2, joints::COUNT], table);
+        put(&mut arrays, "kintree_table", table)?;
+        put_parts(&mut arrays, mesh)?;
         arrays.insert_text("expression_names", expressions::NAMES.join("\n"));
         arrays.insert_text("shape_parameters", shapes::description());
         arrays.insert_text("gender", "neutral");
@@ -291,6 +269,40 @@ fn interleaved(rows: &[&[[f32; 3]]]) -> Vec<f32> {
         }
     }
     values
+}
+
+/// The triangles and UV coordinates of the mesh and of the head's own layout.
+fn put_mesh(arrays: &mut NamedArrays, mesh: &Mesh, head: &HeadLayout) -> Result<(), ImportError> {
+    let mut floats = |name: &str, shape: &[usize], values: Vec<f32>| {
+        put(arrays, name, NumericArray::new_f32(shape.to_vec(), values))
+    };
+    let uv = mesh.uv().iter().flat_map(|&[u, v]| [u, 1.0 - v]).collect();
+    floats("vt", &[mesh.uv().len(), 2], uv)?;
+    floats("head_vt", &[head.uv.len(), 2], head.uv.concat())?;
+    let mut integers = |name: &str, shape: &[usize], values: Vec<i64>| {
+        put(arrays, name, NumericArray::new_i64(shape.to_vec(), values))
+    };
+    let indices = |faces: &[[u32; 3]]| faces.iter().flatten().map(|&at| at.into()).collect();
+    let triangles = mesh.faces().len();
+    integers("f", &[triangles, 3], indices(mesh.faces()))?;
+    integers("ft", &[triangles, 3], indices(mesh.uv_faces()))?;
+    let list = |indices: &[u32]| indices.iter().map(|&at| at.into()).collect();
+    integers("head_v", &[head.vertices.len()], list(&head.vertices))?;
+    integers("head_f", &[head.faces.len(), 3], indices(&head.faces))?;
+    integers("head_ft", &[head.faces.len(), 3], indices(&head.uv_faces))
+}
+
+/// The part that each triangle belongs to, and the names of the parts.
+fn put_parts(arrays: &mut NamedArrays, mesh: &Mesh) -> Result<(), ImportError> {
+    let parts = mesh.parts().iter().enumerate().flat_map(|(part, polygons)| {
+        let faces = polygons.polygons.clone().flat_map(|polygon| mesh.polygon(polygon as usize));
+        faces.map(move |_| part as i64)
+    });
+    let parts = NumericArray::new_i64(vec![mesh.faces().len()], parts.collect());
+    put(arrays, "face_part", parts)?;
+    let names: Vec<&str> = mesh.parts().iter().map(|part| part.group.as_str()).collect();
+    arrays.insert_text("part_names", names.join("\n"));
+    Ok(())
 }
 
 fn put(

@@ -7,14 +7,14 @@ use std::time::Duration;
 
 use uvgraft::threads;
 
-use crate::carry::{Done, Outcome};
 use crate::failure::{Failure, Fault, Result};
 use crate::memory;
 use crate::observer::{Event, Observer, OutputFigures};
 use crate::plan::Job;
-use crate::records::{MadeFrom, Records};
+use crate::records::{Provenance, Records};
 use crate::shared::Shared;
 use crate::spawn;
+use crate::texture_transfer::{Done, Outcome};
 use crate::transfer::Transferred;
 use crate::worker::TransferWorker;
 
@@ -26,32 +26,17 @@ pub(crate) fn run(
 ) -> Result<Transferred> {
     let threads = threads::count();
     let at_once = worker.transfer.jobs.map_or(threads, usize::from).min(jobs.len());
-    let mut report = Report::new(jobs, records, worker.observer);
     let Shared { options, base, unchanged, .. } = worker.shared;
     let memory = worker.transfer.budget(base, unchanged.as_ref());
     let needed = |job: &Job| memory::needed(job, base.size(), base.depth(), options);
     if at_once <= 1 {
+        // Without a bound, whatever is alone is granted.
         let is_bound = worker.transfer.memory.is_some();
-        for (index, job) in jobs.iter().enumerate() {
-            if worker.observer.is_cancelled() {
-                break;
-            }
-            let made_from = records.and_then(|records| records.made_from(job));
-            report.begin(job);
-            let start = worker.observer.now();
-            // Without a bound, whatever is alone is granted.
-            let outcome = match memory.take(if is_bound { needed(job) } else { 0 }) {
-                Ok(_reserved) => worker.carry(job, true),
-                Err(failure) => Outcome::from(failure),
-            };
-            let duration = since(start, worker.observer);
-            report.add(index, Finished { outcome, made_from, duration });
-        }
-        return report.finish();
+        let take = |job: &Job| memory.take(if is_bound { needed(job) } else { 0 });
+        return run_in_turn(worker, jobs, records, take);
     }
-
     let next = Mutex::new(0);
-    let report = Mutex::new(report);
+    let report = Mutex::new(Report::new(jobs, records, worker.observer));
     let work = || -> Result<()> {
         // Each texture is processed by one thread, unless there are more threads than textures: the
         // textures alone keep all threads busy.
@@ -68,15 +53,15 @@ pub(crate) fn run(
             // Waiting for memory blocks the other threads, so that large textures get their turn.
             let reserved = memory.take(needed(job));
             drop(next);
-            let made_from = records.and_then(|records| records.made_from(job));
+            let provenance = records.and_then(|records| records.provenance(job));
             lock(&report).begin(job);
             let start = worker.observer.now();
             let outcome = match reserved {
-                Ok(_reserved) => pool.install(|| worker.carry(job, false)),
+                Ok(_reserved) => pool.install(|| worker.transfer(job, false)),
                 Err(failure) => Outcome::from(failure),
             };
             let duration = since(start, worker.observer);
-            lock(&report).add(index, Finished { outcome, made_from, duration });
+            lock(&report).add(index, Finished { outcome, provenance, duration });
         }
     };
     thread::scope(|scope| {
@@ -93,11 +78,38 @@ pub(crate) fn run(
     report.into_inner().unwrap_or_else(PoisonError::into_inner).finish()
 }
 
+/// Processes the textures one after the other, each with all threads.
+///
+/// - `take`: reserves the memory that a texture needs.
+fn run_in_turn<Reserved>(
+    worker: &TransferWorker<'_>,
+    jobs: &[Job],
+    records: Option<&Records>,
+    take: impl Fn(&Job) -> Result<Reserved>,
+) -> Result<Transferred> {
+    let mut report = Report::new(jobs, records, worker.observer);
+    for (index, job) in jobs.iter().enumerate() {
+        if worker.observer.is_cancelled() {
+            break;
+        }
+        let provenance = records.and_then(|records| records.provenance(job));
+        report.begin(job);
+        let start = worker.observer.now();
+        let outcome = match take(job) {
+            Ok(_reserved) => worker.transfer(job, true),
+            Err(failure) => Outcome::from(failure),
+        };
+        let duration = since(start, worker.observer);
+        report.add(index, Finished { outcome, provenance, duration });
+    }
+    report.finish()
+}
+
 /// A texture that is done, successfully or not.
 struct Finished {
     outcome: Outcome,
     /// What to record for a written output.
-    made_from: Option<MadeFrom>,
+    provenance: Option<Provenance>,
     duration: Option<Duration>,
 }
 
@@ -127,10 +139,11 @@ impl<'a> Report<'a> {
     }
 
     fn add(&mut self, index: usize, finished: Finished) {
-        let Finished { mut outcome, made_from, duration } = finished;
+        let Finished { mut outcome, provenance, duration } = finished;
         let job @ Job { source, output } = &self.jobs[index];
-        if let (Some(records), Some(made_from), Ok(_)) = (self.records, made_from, &outcome.result)
-            && let Err(failure) = records.record(job, &made_from)
+        if let (Some(records), Some(provenance), Ok(_)) =
+            (self.records, provenance, &outcome.result)
+            && let Err(failure) = records.record(job, &provenance)
         {
             outcome.log.warnings.push(failure.to_string());
         }

@@ -25,7 +25,7 @@ pub(crate) const DEFAULT_FEATHER: Length = Length::millimeters(10.0);
 pub struct Blending {
     /// Distance over which the texture fades into the base, inwards from the region's boundary.
     pub feather: Length,
-    /// All else that the core is told. Its own `feather` is set from the one above, once the mesh's
+    /// All other options of the core. Its own `feather` is set from the one above, once the mesh's
     /// unit is known.
     pub options: BlendOptions,
     /// Skin mask of the base, white on black; estimated if absent.
@@ -110,7 +110,7 @@ impl Blending {
     fn check_feather(&self, fit: FeatherFit, unit: Unit, observer: &dyn Observer) -> Result<()> {
         match fit {
             FeatherFit::Opaque => {}
-            // Each texture is told that there is no boundary.
+            // Each texture gets a warning that there is no boundary.
             FeatherFit::NoBoundary if self.needs_colors() => {}
             FeatherFit::NoBoundary => {
                 observer.warn("`feather` has no effect: the region has no boundary");

@@ -214,28 +214,31 @@ mod tests {
 
     #[test]
     fn implausible_sizes_are_warned_of_with_the_likely_unit() {
-        let told = |extent: f64| {
-            let log = Told::default();
+        let message = |extent: f64| {
+            let log = Recorder::default();
             assume(Unit::M, extent, &log);
             log.0.into_inner().unwrap()
         };
         for (extent, unit) in
             [(179.4, "cm"), (30.0, "cm"), (1794.0, "mm"), (300.0, "mm"), (70.6, "in"), (12.0, "in")]
         {
-            let told = told(extent);
-            assert!(told.starts_with("warning: the mesh has no unit"), "{told}");
-            assert!(told.contains(&format!("; `unit` {unit} would make it ")), "{extent}: {told}");
+            let message = message(extent);
+            assert!(message.starts_with("warning: the mesh has no unit"), "{message}");
+            assert!(
+                message.contains(&format!("; `unit` {unit} would make it ")),
+                "{extent}: {message}"
+            );
         }
-        assert!(told(1e7).ends_with("implausible for a person; `unit` can change this"));
-        assert!(told(0.01).starts_with("warning"));
-        assert!([0.28, 1.79, 4.0].map(told).iter().all(|told| told.starts_with("note: ")));
+        assert!(message(1e7).ends_with("implausible for a person; `unit` can change this"));
+        assert!(message(0.01).starts_with("warning"));
+        assert!([0.28, 1.79, 4.0].map(message).iter().all(|message| message.starts_with("note: ")));
     }
 
-    /// What an observer was told.
+    /// The last message to an observer.
     #[derive(Default)]
-    struct Told(Mutex<String>);
+    struct Recorder(Mutex<String>);
 
-    impl Observer for Told {
+    impl Observer for Recorder {
         fn event(&self, event: Event<'_>) {
             *self.0.lock().unwrap() = match event {
                 Event::Note(text) => format!("note: {text}"),
@@ -246,7 +249,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_not_a_length_is_told_what_it_lacks() {
+    fn what_is_not_a_length_is_reported_what_it_lacks() {
         let cases = [
             ("must have a unit", &["10", "-0.02", "1e3", "0.01 ", "10 ", "1e-300"][..]),
             (

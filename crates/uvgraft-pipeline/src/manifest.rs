@@ -48,7 +48,7 @@ pub struct Manifest {
 /// What an output was made from, and what it contained.
 #[derive(Debug, Clone, Copy)]
 struct Record {
-    made_from: [u8; 32],
+    fingerprint: [u8; 32],
     sha256: [u8; 32],
     /// Which file it is from.
     file: u32,
@@ -59,8 +59,8 @@ struct Record {
 struct Line<'a> {
     #[serde(borrow)]
     output: Cow<'a, str>,
-    #[serde(borrow)]
-    made_from: Cow<'a, str>,
+    #[serde(borrow, rename = "made_from")]
+    fingerprint: Cow<'a, str>,
     #[serde(borrow)]
     sha256: Cow<'a, str>,
 }
@@ -93,18 +93,19 @@ impl Manifest {
     /// inputs and options.
     ///
     /// - `output`: its path, which starts with that of the folder.
-    /// - `made_from`: the fingerprint of the inputs and options, as
-    ///   [`PreparedTransfer::made_from_bytes`](crate::PreparedTransfer::made_from_bytes) returns it.
-    pub fn is_up_to_date(&self, output: &Path, made_from: &str) -> bool {
-        self.is_made_from(output, || Some(made_from.to_owned()))
+    /// - `fingerprint`: the fingerprint of the inputs and options, as
+    ///   [`PreparedTransfer::fingerprint_of_bytes`](crate::PreparedTransfer::fingerprint_of_bytes)
+    ///   returns it.
+    pub fn is_up_to_date(&self, output: &Path, fingerprint: &str) -> bool {
+        self.matches(output, || Some(fingerprint.to_owned()))
     }
 
     /// As [`Manifest::is_up_to_date`], with a fingerprint that is computed only if there are
     /// records.
-    pub(crate) fn is_made_from(
+    pub(crate) fn matches(
         &self,
         output: &Path,
-        made_from: impl FnOnce() -> Option<String>,
+        fingerprint: impl FnOnce() -> Option<String>,
     ) -> bool {
         let Some(name) = name_within(&self.folder, output) else { return false };
         let records = {
@@ -113,8 +114,8 @@ impl Manifest {
             records.clone()
         };
         // The source first: it is usually the smaller file.
-        let made_from = made_from().and_then(|made_from| digest_of(&made_from));
-        let mut matching = records.iter().filter(|record| Some(record.made_from) == made_from);
+        let fingerprint = fingerprint().and_then(|fingerprint| digest_of(&fingerprint));
+        let mut matching = records.iter().filter(|record| Some(record.fingerprint) == fingerprint);
         let Some(first) = matching.next() else { return false };
         let found = file_digest(output).ok().and_then(|digest| digest_of(&digest));
         std::iter::once(first).chain(matching).any(|record| Some(record.sha256) == found)
@@ -123,32 +124,32 @@ impl Manifest {
     /// Records that an output was written.
     ///
     /// - `output`: its path, which starts with that of the folder.
-    /// - `made_from`: the fingerprint of the inputs and options, computed before the work: see
+    /// - `fingerprint`: the fingerprint of the inputs and options, computed before the work: see
     ///   [`Manifest::is_up_to_date`].
     ///
     /// # Errors
     /// As bad input if the output is not in the folder or the fingerprint is not one; as a failure
     /// of the work if the output cannot be read or the manifest not be written.
-    pub fn record(&self, output: &Path, made_from: &str) -> Result<()> {
-        self.try_record(output, made_from).map_err(|failure| {
+    pub fn record(&self, output: &Path, fingerprint: &str) -> Result<()> {
+        self.try_record(output, fingerprint).map_err(|failure| {
             failure.context(format_args!("cannot record {} in the manifest", output.display()))
         })
     }
 
-    fn try_record(&self, output: &Path, made_from: &str) -> Result<()> {
+    fn try_record(&self, output: &Path, fingerprint: &str) -> Result<()> {
         let name = name_within(&self.folder, output).ok_or_else(|| {
             Failure::input(format!("must be in the folder {}", self.folder.display()))
         })?;
-        let digest = digest_of(made_from).ok_or_else(|| {
+        let digest = digest_of(fingerprint).ok_or_else(|| {
             let wanted = "the fingerprint must be 64 lower-case hexadecimal digits";
-            Failure::input(format!("{wanted}, got {made_from:?}"))
+            Failure::input(format!("{wanted}, got {fingerprint:?}"))
         })?;
         let sha256 = file_digest(output).or_work()?;
         let record =
-            digest_of(&sha256).map(|sha256| Record { made_from: digest, sha256, file: u32::MAX });
+            digest_of(&sha256).map(|sha256| Record { fingerprint: digest, sha256, file: u32::MAX });
         let line = Line {
             output: Cow::Borrowed(&name),
-            made_from: Cow::Borrowed(made_from),
+            fingerprint: Cow::Borrowed(fingerprint),
             sha256: Cow::Owned(sha256),
         };
         self.append(&serde_json::to_string(&line).or_work()?)?;
@@ -206,10 +207,10 @@ fn read(
         }
         if let Ok(line) = serde_json::from_slice::<Line<'_>>(&line)
             && shard.is_none_or(|shard| shard.has(&line.output))
-            && let (Some(made_from), Some(sha256)) =
-                (digest_of(&line.made_from), digest_of(&line.sha256))
+            && let (Some(fingerprint), Some(sha256)) =
+                (digest_of(&line.fingerprint), digest_of(&line.sha256))
         {
-            add(records, &line.output, Record { made_from, sha256, file: index });
+            add(records, &line.output, Record { fingerprint, sha256, file: index });
         }
         if line.last() != Some(&b'\n') {
             return Ok(End::Cut);

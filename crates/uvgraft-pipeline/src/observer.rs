@@ -68,7 +68,7 @@ impl dyn Observer + '_ {
 pub struct OutputFigures {
     /// Length of the file in bytes.
     pub bytes: u64,
-    /// As [`Carried::boundary_delta_e`](crate::Carried::boundary_delta_e).
+    /// As [`TransferredTexture::boundary_delta_e`](crate::TransferredTexture::boundary_delta_e).
     pub boundary_delta_e: Option<f64>,
 }
 

@@ -5,7 +5,7 @@ use std::fs::OpenOptions;
 use std::io::ErrorKind;
 use std::path::{Path, PathBuf};
 
-use uvgraft_files::output;
+use uvgraft_files::output::{self, folder_of};
 
 use crate::failure::{Failure, Result};
 
@@ -79,7 +79,7 @@ pub(crate) fn check_replaceable(output: &Path) -> Result<PathBuf> {
         Err(error) if error.kind() == ErrorKind::InvalidFilename => {
             return refused("the name is too long for its folder");
         }
-        // That it is no folder is told with the folder.
+        // That it is no folder is reported with the folder.
         Err(error) if error.kind() == ErrorKind::NotADirectory => return Ok(output.to_path_buf()),
         Err(error) => return refused(&error.to_string()),
     };
@@ -126,10 +126,6 @@ fn can_write_into(folder: &Path) -> Result<()> {
     // would name a temporary file unknown to the user.
     output::check_folder(folder)
         .map_err(|error| Failure::input(format!("folder {}: {}", folder.display(), error.kind())))
-}
-
-pub(crate) fn folder_of(path: &Path) -> &Path {
-    path.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."))
 }
 
 /// Finds canonical paths, of each folder once.

@@ -30,14 +30,14 @@ pub(crate) struct Batch {
 
 /// All batches, and the output folder to create.
 #[derive(Debug)]
-pub(crate) struct Plan {
+pub(crate) struct TransferPlan {
     pub(crate) batches: Vec<Batch>,
     pub(crate) new_folder: Option<PathBuf>,
     /// The folder of the outputs, whether or not it is new.
     pub(crate) folder: PathBuf,
 }
 
-impl Plan {
+impl TransferPlan {
     /// Creates the folders of outputs that do not exist. Other shards may be doing the same.
     pub(crate) fn create_folders(&mut self) -> Result<()> {
         let new = self.new_folder.take();
@@ -52,9 +52,7 @@ impl Plan {
         }
         Ok(())
     }
-}
 
-impl Plan {
     pub(crate) fn new(transfer: &Transfer) -> Result<Self> {
         match &transfer.inputs {
             Inputs::Textures { sources, onto, values } => {
@@ -147,11 +145,11 @@ impl TextureJobs {
         Ok(Self { jobs, folder: output.to_path_buf(), is_new })
     }
 
-    fn into_plan(self, onto: Option<&BaseSource>, values: Values) -> Plan {
+    fn into_plan(self, onto: Option<&BaseSource>, values: Values) -> TransferPlan {
         let Self { jobs, folder, is_new } = self;
         let new_folder = is_new.then(|| folder.clone());
         let batches = vec![Batch { values, onto: onto.cloned(), jobs }];
-        Plan { batches, new_folder, folder }
+        TransferPlan { batches, new_folder, folder }
     }
 
     /// The textures of a list. Whether they exist is found out when they are transferred.

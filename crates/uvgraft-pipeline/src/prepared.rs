@@ -6,12 +6,12 @@ use std::sync::Arc;
 
 use uvgraft::{Size, threads};
 use uvgraft_files::input::Input;
+use uvgraft_files::output::folder_of;
 use uvgraft_image::Format;
 
 use crate::base::Base;
 use crate::base_source::BaseSource;
 use crate::blending::KnownTexels;
-use crate::carry::{Call, Done, Outcome};
 use crate::failure::{Blame, Failure, Result};
 use crate::fingerprint::Fingerprint;
 use crate::isolated::Isolated;
@@ -19,11 +19,12 @@ use crate::layout_checks::LayoutChecks;
 use crate::link::Link;
 use crate::material::Values;
 use crate::observer::Observer;
-use crate::outputs::{check_replaceable, folder_of, resolve};
+use crate::outputs::{check_replaceable, resolve};
 use crate::plan::format_of;
 use crate::shared::{Grafts, Options, Shared};
 use crate::source::Source;
 use crate::target::Target;
+use crate::texture_transfer::{Call, Done, Outcome};
 use crate::tiles::has_placeholder;
 use crate::transfer::{Inputs, Transfer};
 use crate::unchanged::Unchanged;
@@ -47,7 +48,7 @@ pub struct PreparedTransfer {
 /// The result of a texture.
 #[derive(Debug, Clone, PartialEq)]
 #[non_exhaustive]
-pub struct Carried {
+pub struct TransferredTexture {
     /// How much texture and base still differ along the boundary once their skin matches, ΔE 2000;
     /// `None` without matching, and where no skin meets skin. See
     /// [`ToneReport::boundary_delta_e`](uvgraft::blend::ToneReport::boundary_delta_e).
@@ -160,14 +161,15 @@ impl PreparedTransfer {
     /// # Errors
     /// As bad input for a source that is not an image or does not suit the options, and an output
     /// that cannot be written or is also an input; the output is then unchanged.
-    pub fn carry_file(&self, source: &Path, output: &Path) -> Result<Carried> {
+    pub fn transfer_file(&self, source: &Path, output: &Path) -> Result<TransferredTexture> {
         format_of(output)?;
         self.check_output(source, output)?;
-        self.carry(Source::File(source), Target::File(output)).map(|(_, carried)| carried)
+        self.transfer(Source::File(source), Target::File(output))
+            .map(|(_, transferred)| transferred)
     }
 
     /// Transfers an encoded image, and returns an encoded image: the bytes of the file that
-    /// [`PreparedTransfer::carry_file`] writes.
+    /// [`PreparedTransfer::transfer_file`] writes.
     ///
     /// - `bytes`: an image in any format; see [`uvgraft_image::decode`].
     /// - `name`: stands for the file in messages, as in `row 17: truncated PNG`.
@@ -176,14 +178,14 @@ impl PreparedTransfer {
     /// # Errors
     /// As bad input for bytes that are not an image, an image that does not suit the options, and a
     /// result that the format cannot store.
-    pub fn carry_bytes(
+    pub fn transfer_bytes(
         &self,
         bytes: &[u8],
         name: &str,
         format: Format,
-    ) -> Result<(Vec<u8>, Carried)> {
+    ) -> Result<(Vec<u8>, TransferredTexture)> {
         let name = Path::new(name);
-        self.carry(Source::Bytes { name, bytes }, Target::Bytes { name, format })
+        self.transfer(Source::Bytes { name, bytes }, Target::Bytes { name, format })
     }
 
     /// Size of the results in texels.
@@ -200,17 +202,17 @@ impl PreparedTransfer {
     /// The fingerprint of everything that the result of an encoded image is made from, 64
     /// hexadecimal digits: what a [`Manifest`](crate::Manifest) records, equal to that of a file
     /// with the same content.
-    pub fn made_from_bytes(&self, bytes: &[u8]) -> String {
+    pub fn fingerprint_of_bytes(&self, bytes: &[u8]) -> String {
         self.fingerprint.with_bytes(bytes)
     }
 
-    /// As [`PreparedTransfer::made_from_bytes`], for a file.
+    /// As [`PreparedTransfer::fingerprint_of_bytes`], for a file.
     ///
     /// # Errors
     /// As bad input if it cannot be read or is not a regular file.
-    pub fn made_from_file(&self, source: &Path) -> Result<String> {
-        let made_from = self.fingerprint.with_file(source);
-        made_from.or_input().map_err(|failure| failure.context(source.display()))
+    pub fn fingerprint_of_file(&self, source: &Path) -> Result<String> {
+        let fingerprint = self.fingerprint.with_file(source);
+        fingerprint.or_input().map_err(|failure| failure.context(source.display()))
     }
 
     fn check_output(&self, source: &Path, output: &Path) -> Result<()> {
@@ -233,14 +235,18 @@ impl PreparedTransfer {
         Ok(())
     }
 
-    fn carry(&self, source: Source<'_>, target: Target<'_>) -> Result<(Vec<u8>, Carried)> {
+    fn transfer(
+        &self,
+        source: Source<'_>,
+        target: Target<'_>,
+    ) -> Result<(Vec<u8>, TransferredTexture)> {
         let call = Call { source, target, alone: false, analysis: None, observer: &() };
-        let outcome = self.calls.run(|| self.shared.carry(&call));
+        let outcome = self.calls.run(|| self.shared.transfer(&call));
         let Outcome { result, log } =
             outcome.map_err(|failure| failure.context(source.name().display()))?;
         let Done { boundary_delta_e, bytes, image, .. } = result?;
         let (size, warnings, notes) = (self.size(), log.warnings, log.notes);
-        Ok((image, Carried { boundary_delta_e, bytes, size, warnings, notes }))
+        Ok((image, TransferredTexture { boundary_delta_e, bytes, size, warnings, notes }))
     }
 }
 

@@ -15,7 +15,7 @@ pub(crate) struct Records {
 }
 
 /// What an output is made from, computed before it is made.
-pub(crate) struct MadeFrom {
+pub(crate) struct Provenance {
     fingerprint: String,
     source: Seen,
 }
@@ -24,26 +24,26 @@ impl Records {
     /// Whether the output of a job exists, is unchanged since it was written, and was made from the
     /// current inputs and options.
     pub(crate) fn is_up_to_date(&self, job: &Job) -> bool {
-        self.manifest.is_made_from(&job.output, || self.shared.with_input(&job.source).ok())
+        self.manifest.matches(&job.output, || self.shared.with_input(&job.source).ok())
     }
 
     /// What the output of a job is made from, to be found before the job runs. `None` for pipes,
     /// which cannot be read twice.
-    pub(crate) fn made_from(&self, job: &Job) -> Option<MadeFrom> {
+    pub(crate) fn provenance(&self, job: &Job) -> Option<Provenance> {
         let source = Seen::before([&job.source]);
         let fingerprint = self.shared.with_input(&job.source).ok()?;
-        Some(MadeFrom { fingerprint, source })
+        Some(Provenance { fingerprint, source })
     }
 
     /// Records that the output of a job was written, unless it may be made from something else.
-    pub(crate) fn record(&self, job: &Job, made_from: &MadeFrom) -> Result<()> {
-        if let Some(changed) = made_from.source.changed().or(self.seen.changed()) {
+    pub(crate) fn record(&self, job: &Job, provenance: &Provenance) -> Result<()> {
+        if let Some(changed) = provenance.source.changed().or(self.seen.changed()) {
             let (output, changed) = (job.output.display(), changed.display());
             return Err(Failure::input(format!(
                 "{output}: {changed} changed while it was used; the output will be made anew"
             )));
         }
-        self.manifest.record(&job.output, &made_from.fingerprint)
+        self.manifest.record(&job.output, &provenance.fingerprint)
     }
 }
 
@@ -72,19 +72,19 @@ mod tests {
         // Replaced by another file, which is replaced by one with the content from before.
         for replaced in [&source, &base] {
             let records = records(&base);
-            let made_from = records.made_from(&job).unwrap();
+            let provenance = records.provenance(&job).unwrap();
             fs::write(&other, "something else").unwrap();
             fs::rename(&other, replaced).unwrap();
             fs::write(&other, "the same").unwrap();
             fs::rename(&other, replaced).unwrap();
-            let refused = records.record(&job, &made_from).unwrap_err();
+            let refused = records.record(&job, &provenance).unwrap_err();
             let wanted = format!("{} changed while it was used", replaced.display());
             assert!(refused.to_string().contains(&wanted), "{refused}");
             assert!(!records.is_up_to_date(&job));
         }
         let records = records(&base);
-        let made_from = records.made_from(&job).unwrap();
-        records.record(&job, &made_from).unwrap();
+        let provenance = records.provenance(&job).unwrap();
+        records.record(&job, &provenance).unwrap();
         assert!(records.is_up_to_date(&job));
         // Neither the clock nor the length says that the output was changed.
         let times = fs::metadata(&job.output).unwrap().modified().unwrap();

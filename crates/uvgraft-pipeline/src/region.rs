@@ -15,7 +15,8 @@ use crate::length::{Length, Unit, assume};
 use crate::masks::Uniform;
 use crate::observer::Observer;
 
-/// A region of the linked surface; all of it by default.
+/// A region of the linked surface as a request: files, names and lengths, of which [`Region::select`]
+/// makes a [`Selection`] on the mesh. All of the surface by default.
 #[derive(Debug, Clone, PartialEq, Default)]
 #[non_exhaustive]
 pub struct Region {

@@ -12,18 +12,19 @@ use crate::base::{Base, BaseOrder};
 use crate::base_source::BaseSource;
 use crate::batch;
 use crate::blending::{Blending, KnownTexels};
-use crate::carry::{Analysis, losses, write_failure};
 use crate::failure::{Blame, Failure, Result};
 use crate::fingerprint::Seen;
 use crate::layout_checks::LayoutChecks;
 use crate::link::Link;
 use crate::manifest::Manifest;
+use crate::masks::Overlaid;
 use crate::material::Values;
 use crate::observer::{Event, Observer};
 use crate::outputs::{self, Outputs};
-use crate::plan::{Batch, Job, Plan, format_of};
+use crate::plan::{Batch, Job, TransferPlan, format_of};
 use crate::records::Records;
 use crate::shared::{Grafts, Options, Shared};
+use crate::texture_transfer::{Analysis, losses, write_failure};
 use crate::transfer::{Existing, Inputs, Transfer, Transferred};
 use crate::unchanged::Unchanged;
 use crate::worker::TransferWorker;
@@ -41,58 +42,20 @@ impl Transfer {
         if self.is_tiled()? {
             return self.run_tiled(observer);
         }
-        let mut plan = Plan::new(self)?;
-        self.check_encoding(&plan)?;
-        self.check_outputs(&plan)?;
-        let records = self.records(&plan)?;
         let mut done = Transferred::default();
-        let planned = plan.jobs().count();
-        for (batch, records) in plan.batches.iter_mut().zip(&records) {
-            if let Some(records) = records {
-                skip_up_to_date(batch, records, observer);
-            }
-        }
-        observer.check()?;
-        let left = plan.jobs().count();
-        done.up_to_date = planned - left;
-        let keeps = self.existing == Existing::KeepUpToDate;
-        let up_to_date = keeps.then_some(done.up_to_date);
-        observer.event(Event::Planned { textures: planned, up_to_date });
-        let is_done = keeps && self.mask.is_none() && self.extra_outputs.is_empty();
-        // A shard may have no textures.
-        if left == 0 && (is_done || self.shard.is_some()) {
-            return Ok(done);
-        }
-
+        let planned = self.planned(&mut done, observer)?;
+        let Some((mut plan, records)) = planned else { return Ok(done) };
+        let has_jobs = plan.jobs().next().is_some();
         let link = Arc::new(Link::read(&self.correspondence)?);
         let size = link.size(self.size)?;
         let known = KnownTexels::read(self.source_mask.as_ref(), self.fill.as_ref())?;
         known.check(observer)?;
         let known = Arc::new(known);
         let overlaid = Arc::new(self.overlaid());
-        for batch in &plan.batches {
-            let order = self.base_order(batch.onto.as_ref(), batch.values, size);
-            let header = order.header();
-            let target = size.or_else(|| header.map(|header| header.size));
-            target.map_or(Ok(()), |target| check_formats(batch, target))?;
-            overlaid.check_base(header)?;
-            self.check_memory(batch, &link, &order, header)?;
-        }
-        // Decoding a base and preparing a blend take about the same time.
-        let (blend, first_base) = threads::join(
-            || self.blend(&link, &known, self.labelled_texture(&plan), observer),
-            || plan.batches.first().map(|batch| self.base(batch, size)),
-        );
-        done.blend = blend?;
-        if let Some(path) = &self.draw_labels {
-            self.write_labels(done.blend.as_deref(), path, observer)?;
-        }
-        if plan.batches.len() > 1 {
-            plan.batches.iter().try_for_each(|batch| {
-                self.base_order(batch.onto.as_ref(), batch.values, size).check()
-            })?;
-        }
-        let mut first_base = first_base.transpose()?;
+        self.check_batches(&plan, &link, size, &overlaid)?;
+        let (blend, mut first_base) =
+            self.blend_and_first_base(&plan, (&link, &known), size, observer)?;
+        done.blend = blend;
         observer.check()?;
         plan.create_folders()?;
         let mut mask = self.mask.as_deref();
@@ -116,25 +79,96 @@ impl Transfer {
                 grafts: Grafts::default(),
                 layout_checks: LayoutChecks::default(),
             };
-            let first = batch.jobs.first().map(|job| &job.source);
-            let first = (first, Analysis::new(self.mask.is_some()));
+            let first =
+                (batch.jobs.first().map(|job| &job.source), Analysis::new(self.mask.is_some()));
             let worker = TransferWorker { transfer: self, shared: &shared, observer, first };
-            let carried = batch::run(&worker, &batch.jobs, records.as_ref())?;
-            if carried.written > 0 || left == 0 {
+            let batch_done = batch::run(&worker, &batch.jobs, records.as_ref())?;
+            if (batch_done.written > 0 || !has_jobs)
                 // The mask of the first texture transferred stands for all.
-                if let Some(path) = mask.take() {
-                    self.write_image(&worker.mask()?.into(), path, observer)?;
-                }
+                && let Some(path) = mask.take()
+            {
+                self.write_image(&worker.mask()?.into(), path, observer)?;
             }
-            if narrowed.is_none() {
-                narrowed = worker.first.1.found().and_then(|found| found.narrowed.clone());
-            }
-            done.written += carried.written;
-            done.failures.extend(carried.failures);
+            let found = worker.first.1.found();
+            narrowed = narrowed.or_else(|| found.and_then(|found| found.narrowed.clone()));
+            done.written += batch_done.written;
+            done.failures.extend(batch_done.failures);
         }
         done.blend = narrowed.or(done.blend);
         done.pair = Arc::into_inner(link).and_then(Link::into_pair_file);
         Ok(done)
+    }
+
+    /// The batches without the textures that are up to date, and their records; `None` if nothing is
+    /// left to do.
+    fn planned(
+        &self,
+        done: &mut Transferred,
+        observer: &dyn Observer,
+    ) -> Result<Option<(TransferPlan, Vec<Option<Records>>)>> {
+        let mut plan = TransferPlan::new(self)?;
+        self.check_encoding(&plan)?;
+        self.check_outputs(&plan)?;
+        let records = self.records(&plan)?;
+        let planned = plan.jobs().count();
+        for (batch, records) in plan.batches.iter_mut().zip(&records) {
+            if let Some(records) = records {
+                skip_up_to_date(batch, records, observer);
+            }
+        }
+        observer.check()?;
+        let left = plan.jobs().count();
+        done.up_to_date = planned - left;
+        let keeps = self.existing == Existing::KeepUpToDate;
+        let up_to_date = keeps.then_some(done.up_to_date);
+        observer.event(Event::Planned { textures: planned, up_to_date });
+        let is_done = keeps && self.mask.is_none() && self.extra_outputs.is_empty();
+        // A shard may have no textures.
+        let has_nothing = left == 0 && (is_done || self.shard.is_some());
+        Ok((!has_nothing).then_some((plan, records)))
+    }
+
+    /// Checks formats, sizes and memory, as far as the headers of the bases tell them.
+    fn check_batches(
+        &self,
+        plan: &TransferPlan,
+        link: &Link,
+        size: Option<Size>,
+        overlaid: &Overlaid,
+    ) -> Result<()> {
+        for batch in &plan.batches {
+            let order = self.base_order(batch.onto.as_ref(), batch.values, size);
+            let header = order.header();
+            let target = size.or_else(|| header.map(|header| header.size));
+            target.map_or(Ok(()), |target| check_formats(batch, target))?;
+            overlaid.check_base(header)?;
+            self.check_memory(batch, link, &order, header)?;
+        }
+        Ok(())
+    }
+
+    /// Decoding a base and preparing a blend take about the same time.
+    fn blend_and_first_base(
+        &self,
+        plan: &TransferPlan,
+        (link, known): (&Link, &KnownTexels),
+        size: Option<Size>,
+        observer: &dyn Observer,
+    ) -> Result<(Option<Arc<Blend>>, Option<Base>)> {
+        let (blend, first_base) = threads::join(
+            || self.blend(link, known, self.labelled_texture(plan), observer),
+            || plan.batches.first().map(|batch| self.base(batch, size)),
+        );
+        let blend = blend?;
+        if let Some(path) = &self.draw_labels {
+            self.write_labels(blend.as_deref(), path, observer)?;
+        }
+        if plan.batches.len() > 1 {
+            plan.batches.iter().try_for_each(|batch| {
+                self.base_order(batch.onto.as_ref(), batch.values, size).check()
+            })?;
+        }
+        Ok((blend, first_base.transpose()?))
     }
 
     /// Checks for conflicting options.
@@ -158,7 +192,7 @@ impl Transfer {
 
     /// Checks that the encoding options mean something to an output. Those of another shard may be of
     /// another format.
-    pub(crate) fn check_encoding(&self, plan: &Plan) -> Result<()> {
+    pub(crate) fn check_encoding(&self, plan: &TransferPlan) -> Result<()> {
         if self.shard.is_some() {
             return Ok(());
         }
@@ -248,7 +282,7 @@ impl Transfer {
     }
 
     /// Checks that all outputs can be written, and are neither inputs nor each other.
-    fn check_outputs(&self, plan: &Plan) -> Result<()> {
+    fn check_outputs(&self, plan: &TransferPlan) -> Result<()> {
         let sources = plan.jobs().map(|job| &job.source);
         let inputs = self.shared_inputs(plan).into_iter().chain(sources);
         let mut outputs = Outputs::new(inputs.filter_map(Input::path).chain(self.list_path()));
@@ -319,7 +353,7 @@ impl Transfer {
     /// The only texture, if its labels can be detected while its base is decoded: judged by file
     /// size, the base must take longer to decode than the texture does twice. If the skin of the
     /// base is needed too, both are detected together later.
-    fn labelled_texture<'a>(&self, plan: &'a Plan) -> Option<&'a Input> {
+    fn labelled_texture<'a>(&self, plan: &'a TransferPlan) -> Option<&'a Input> {
         let asks = |blending: &Blending| {
             let in_base_tone = blending.options.tone == Tone::Base;
             blending.needs_colors() && in_base_tone && blending.labels.is_none()
@@ -404,7 +438,7 @@ impl Transfer {
     }
 
     /// The records of each batch; `None` if not requested.
-    fn records(&self, plan: &Plan) -> Result<Vec<Option<Records>>> {
+    fn records(&self, plan: &TransferPlan) -> Result<Vec<Option<Records>>> {
         if self.existing == Existing::Replace {
             return Ok(plan.batches.iter().map(|_| None).collect());
         }

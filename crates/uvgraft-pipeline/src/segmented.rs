@@ -15,7 +15,7 @@ use crate::observer::Observer;
 use crate::spawn::{self, spawn_with};
 use crate::stream::rows_in_band;
 use crate::target::{Encoded, Sink};
-use crate::unchanged::{Kind, Unchanged};
+use crate::unchanged::{SegmentKind, Unchanged};
 
 /// A base in memory, a texture to lay over it, and what previous results have in common with this
 /// one.
@@ -55,7 +55,7 @@ impl Segmented<'_> {
         alone: bool,
         observer: &dyn Observer,
     ) -> Result<StdResult<Encoded, WriteError>> {
-        let kind = Kind {
+        let kind = SegmentKind {
             base: self.format,
             conversion: self.overlay.conversion(),
             segments: self.segments,
@@ -83,12 +83,12 @@ impl Segmented<'_> {
             };
             // If the writer failed, it returns its error below.
             let write = |part| sender.send(part).map_err(drop);
-            let made = self.make(&known, observer, || spare.try_recv().ok().flatten(), write);
+            let encoded = self.make(&known, observer, || spare.try_recv().ok().flatten(), write);
             drop(sender);
             let written = writing.join();
             let written = written.unwrap_or_else(|panic| std::panic::resume_unwind(panic));
             let written = written.ok_or_else(|| Failure::work("the encoder did not start"))?;
-            made.map(|_| written)
+            encoded.map(|_| written)
         })
     }
 
@@ -138,11 +138,11 @@ impl Segmented<'_> {
             let known = &known[indices.clone()];
             // Without waiting for other threads that encode the same segments, and may wait for
             // some of ours.
-            let made = threads::map_indices(known.len(), |at| match known[at].get() {
+            let encoded = threads::map_indices(known.len(), |at| match known[at].get() {
                 Some(segment) => Ok(Part::Kept(segment)),
                 None => self.encode((indices.start + at) as u32, &known[at]),
             });
-            for part in made {
+            for part in encoded {
                 if let Err(error) = write(part?) {
                     return Ok(Err(error));
                 }

@@ -22,7 +22,7 @@ use crate::failure::{Blame, Failure, Result};
 use crate::material::{Role, Values};
 use crate::observer::Observer;
 use crate::outputs::Outputs;
-use crate::plan::{Job, Plan};
+use crate::plan::{Job, TransferPlan};
 use crate::transfer::{Correspondence, Existing, Inputs, MaterialMap, Transfer, Transferred};
 use names::{PLACEHOLDER, Pattern, numbered, with_placeholder};
 use renamed::Renamed;
@@ -85,7 +85,7 @@ impl Transfer {
             )));
         };
         let grouped = self.with_patterns()?;
-        let plan = Plan::new(&grouped)?;
+        let plan = TransferPlan::new(&grouped)?;
         self.check_encoding(&plan)?;
         let file = pair_file::read(pair).or_input()?;
         let filled: BTreeSet<Tile> =
@@ -197,7 +197,7 @@ impl Transfer {
         Ok(grouped)
     }
 
-    fn tiled_jobs(&self, plan: &Plan, filled: &BTreeSet<Tile>) -> Result<Vec<TiledJob>> {
+    fn tiled_jobs(&self, plan: &TransferPlan, filled: &BTreeSet<Tile>) -> Result<Vec<TiledJob>> {
         let is_folder = plan.new_folder.is_some() || self.output.is_dir();
         let roles: Vec<Option<Role>> = match &self.inputs {
             Inputs::Textures { .. } | Inputs::Listed { .. } => vec![None; plan.batches.len()],
@@ -235,7 +235,7 @@ impl Transfer {
 
     fn check_tiled_outputs(
         &self,
-        plan: &Plan,
+        plan: &TransferPlan,
         jobs: &[TiledJob],
         masks: &BTreeMap<Tile, PathBuf>,
     ) -> Result<()> {
@@ -279,7 +279,7 @@ impl Transfer {
         let (source, onto) = (Input::from(step.texture), job.bases[&step.tile].clone());
         let extension = step.output.extension().unwrap_or_default();
         let name = |stem: &str| folder.join(stem).with_extension(extension);
-        let made = match job.role {
+        let temporary = match job.role {
             // The output of a material is a folder, and its files have the names of roles.
             Some(role) => {
                 inner.inputs = Inputs::Material(vec![MaterialMap { role, source, onto }]);
@@ -295,19 +295,19 @@ impl Transfer {
             }
         };
         inner.extra_outputs.clear();
-        let made_mask = mask
+        let temporary_mask = mask
             .map(|mask| folder.join("mask").with_extension(mask.extension().unwrap_or_default()));
-        inner.mask.clone_from(&made_mask);
-        let mut names = vec![(made.clone(), step.output.to_path_buf())];
+        inner.mask.clone_from(&temporary_mask);
+        let mut names = vec![(temporary.clone(), step.output.to_path_buf())];
         names.push((step.texture.to_path_buf(), job.source.name().to_path_buf()));
-        names.extend(made_mask.clone().zip(mask.cloned()));
+        names.extend(temporary_mask.clone().zip(mask.cloned()));
         let renamed = Renamed { observer, names };
         let mut done = inner.run(&renamed).map_err(|failure| renamed.failure(&failure))?;
         done.failures = done.failures.iter().map(|failure| renamed.failure(failure)).collect();
         let mut written = Vec::new();
         if done.failures.is_empty() {
-            written.push(((made, step.output.to_path_buf()), true));
-            written.extend(made_mask.zip(mask.cloned()).map(|mask| (mask, false)));
+            written.push(((temporary, step.output.to_path_buf()), true));
+            written.extend(temporary_mask.zip(mask.cloned()).map(|mask| (mask, false)));
         }
         Ok(Some(StepResult { done, written }))
     }
@@ -337,12 +337,12 @@ pub(crate) fn has_placeholder(path: &Path) -> bool {
 /// Copies files next to their places, and only then renames all of them.
 fn move_all(files: Vec<(PathBuf, PathBuf)>) -> Result<()> {
     let mut copies = Vec::with_capacity(files.len());
-    for (made, output) in files {
+    for (temporary, output) in files {
         let failed =
             |failure: Failure| failure.context(format_args!("cannot write {}", output.display()));
         let copied = || -> std::io::Result<AtomicFile> {
             let mut copy = AtomicFile::create(&output)?;
-            std::io::copy(&mut std::fs::File::open(&made)?, &mut copy)?;
+            std::io::copy(&mut std::fs::File::open(&temporary)?, &mut copy)?;
             Ok(copy)
         };
         copies.push((copied().or_work().map_err(failed)?, output));

@@ -14,7 +14,7 @@ const LEAST: u64 = 4 << 20;
 
 /// What the bytes of an unchanged segment depend on, apart from its place.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
-pub(crate) struct Kind {
+pub(crate) struct SegmentKind {
     /// The format of the base: that of a colour depends on the source.
     pub(crate) base: TexelFormat,
     pub(crate) conversion: BaseConversion,
@@ -26,7 +26,7 @@ pub(crate) type Known = Arc<[OnceLock<Segment>]>;
 
 /// Encoded segments of one base.
 pub(crate) struct Unchanged {
-    of: Mutex<HashMap<Kind, Known>>,
+    of: Mutex<HashMap<SegmentKind, Known>>,
     /// Bytes that segments may occupy, and do.
     limit: u64,
     bytes: AtomicU64,
@@ -49,7 +49,7 @@ impl Unchanged {
     }
 
     /// The segments of a kind.
-    pub(crate) fn of(&self, kind: Kind, count: usize) -> Known {
+    pub(crate) fn of(&self, kind: SegmentKind, count: usize) -> Known {
         let mut of = self.of.lock().unwrap_or_else(PoisonError::into_inner);
         of.entry(kind).or_insert_with(|| (0..count).map(|_| OnceLock::new()).collect()).clone()
     }

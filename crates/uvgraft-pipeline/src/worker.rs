@@ -5,7 +5,6 @@ use std::panic::{AssertUnwindSafe, catch_unwind};
 use uvgraft::Texture;
 use uvgraft_files::input::Input;
 
-use crate::carry::{Analysis, Call, Outcome};
 use crate::failure::{Failure, Result};
 use crate::observer::Observer;
 use crate::plan::Job;
@@ -13,6 +12,7 @@ use crate::shared::Shared;
 use crate::source::Source;
 use crate::spawn::text_of;
 use crate::target::Target;
+use crate::texture_transfer::{Analysis, Call, Outcome};
 use crate::transfer::Transfer;
 
 /// Transfers textures, with the state that they share.
@@ -28,10 +28,10 @@ impl TransferWorker<'_> {
     /// Transfers a texture.
     ///
     /// - `alone`: see [`Call::alone`].
-    pub(crate) fn carry(&self, job: &Job, alone: bool) -> Outcome {
+    pub(crate) fn transfer(&self, job: &Job, alone: bool) -> Outcome {
         let (first, analysis) = &self.first;
-        let carry = || {
-            self.shared.carry(&Call {
+        let transfer = || {
+            self.shared.transfer(&Call {
                 source: Source::from(&job.source),
                 target: Target::File(&job.output),
                 alone,
@@ -40,7 +40,7 @@ impl TransferWorker<'_> {
             })
         };
         // A panic would be a bug, and should not cost the other textures.
-        catch_unwind(AssertUnwindSafe(carry)).unwrap_or_else(|panic| {
+        catch_unwind(AssertUnwindSafe(transfer)).unwrap_or_else(|panic| {
             let (source, text) = (&job.source, text_of(&*panic));
             Outcome::from(Failure::work(format!("{source}: internal error: {text}")))
         })

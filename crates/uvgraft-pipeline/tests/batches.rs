@@ -130,7 +130,7 @@ impl Desk {
         for _ in 0..2 {
             for (source, wanted) in sources.iter().zip(&wanted) {
                 let bytes = std::fs::read(self.path(source)).unwrap();
-                let found = prepared.carry_bytes(&bytes, source, format).ok();
+                let found = prepared.transfer_bytes(&bytes, source, format).ok();
                 let found = found.map(|(bytes, _)| bytes);
                 assert!(found == *wanted, "{name}: {source}, prepared");
             }

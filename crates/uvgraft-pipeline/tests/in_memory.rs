@@ -136,7 +136,7 @@ fn results_are_those_of_files() {
     let prepared = by_bytes.prepare(&()).unwrap();
     assert_eq!(prepared.fingerprint(), fingerprint);
     let bytes = face.read(u64::MAX).unwrap();
-    assert!(prepared.carry_bytes(&bytes, "face.png", Format::PNG).unwrap().0 == wanted);
+    assert!(prepared.transfer_bytes(&bytes, "face.png", Format::PNG).unwrap().0 == wanted);
 
     // A file and the same bytes are the same input.
     by_bytes.output = desk.path("paths.png");

@@ -109,18 +109,19 @@ fn results_are_those_of_files() {
         let prepared = desk.prepare(change);
 
         let format = Format::from_path(Path::new(output)).unwrap();
-        let (bytes, carried) = prepared.carry_bytes(&desk.bytes(source), "row", format).unwrap();
+        let (bytes, transferred) =
+            prepared.transfer_bytes(&desk.bytes(source), "row", format).unwrap();
         assert!(bytes == wanted, "case {index}: bytes");
-        assert_eq!((carried.bytes, carried.size), (wanted.len() as u64, prepared.size()));
+        assert_eq!((transferred.bytes, transferred.size), (wanted.len() as u64, prepared.size()));
         let is_blended = transfer.blending.is_some();
-        assert_eq!(carried.boundary_delta_e.is_some(), is_blended, "case {index}");
+        assert_eq!(transferred.boundary_delta_e.is_some(), is_blended, "case {index}");
 
         let target = desk.path("carried").with_extension(Path::new(output).extension().unwrap());
-        let again = prepared.carry_file(&desk.path(source), &target).unwrap();
+        let again = prepared.transfer_file(&desk.path(source), &target).unwrap();
         assert!(std::fs::read(&target).unwrap() == wanted, "case {index}: file");
         assert_eq!(
             (again.bytes, again.boundary_delta_e),
-            (carried.bytes, carried.boundary_delta_e)
+            (transferred.bytes, transferred.boundary_delta_e)
         );
     }
 }
@@ -140,11 +141,11 @@ fn threads_share_it() {
             let name = ["a.png", "b.png", "c.png"][index % 3];
             let wanted = desk.bytes(&format!("out/{name}"));
             if index % 8 == 5 {
-                let failure = prepared.carry_bytes(b"no image", name, Format::PNG).unwrap_err();
+                let failure = prepared.transfer_bytes(b"no image", name, Format::PNG).unwrap_err();
                 assert_eq!(failure.fault(), Fault::Input);
                 return;
             }
-            let (bytes, _) = prepared.carry_bytes(&desk.bytes(name), name, Format::PNG).unwrap();
+            let (bytes, _) = prepared.transfer_bytes(&desk.bytes(name), name, Format::PNG).unwrap();
             assert!(bytes == wanted, "{name}");
         });
     });
@@ -159,7 +160,7 @@ fn failures_name_the_texture() {
     let middle = damaged.len() / 2;
     damaged[middle] ^= 0xff;
     for bytes in [b"no image at all", &b""[..], cut, &damaged] {
-        let failure = prepared.carry_bytes(bytes, "row 17", Format::PNG).unwrap_err();
+        let failure = prepared.transfer_bytes(bytes, "row 17", Format::PNG).unwrap_err();
         assert_eq!(failure.fault(), Fault::Input, "{failure}");
         assert!(failure.to_string().starts_with("row 17: "), "{failure}");
     }
@@ -168,12 +169,12 @@ fn failures_name_the_texture() {
         *onto = None;
         transfer.size = Some(Size::square(64));
     });
-    let failure = clear.carry_bytes(&face, "row 17", Format::JPEG).unwrap_err();
+    let failure = clear.transfer_bytes(&face, "row 17", Format::JPEG).unwrap_err();
     let wanted = "cannot write row 17: the result has an alpha channel";
     assert!(failure.to_string().starts_with(wanted), "{failure}");
 
     let fails = |source: &str, output: &str, wanted: &str| {
-        let failure = prepared.carry_file(&desk.path(source), &desk.path(output)).unwrap_err();
+        let failure = prepared.transfer_file(&desk.path(source), &desk.path(output)).unwrap_err();
         assert_eq!(failure.fault(), Fault::Input, "{failure}");
         assert!(failure.to_string().contains(wanted), "{failure}");
     };
@@ -242,20 +243,20 @@ fn fingerprints_are_those_of_the_manifest() {
         let prepared = desk.prepare(change);
         assert_eq!(prepared.fingerprint().len(), 64);
         let manifest = Manifest::open(&desk.path("out"), None).unwrap();
-        let made_from = prepared.made_from_bytes(&desk.bytes("a.png"));
-        assert_eq!(prepared.made_from_file(&desk.path("a.png")).unwrap(), made_from);
+        let fingerprint = prepared.fingerprint_of_bytes(&desk.bytes("a.png"));
+        assert_eq!(prepared.fingerprint_of_file(&desk.path("a.png")).unwrap(), fingerprint);
         let text = String::from_utf8(desk.bytes("out/.uvgraft-manifest.jsonl")).unwrap();
-        assert!(text.contains(&format!("\"made_from\":\"{made_from}\"")), "{text}");
+        assert!(text.contains(&format!("\"made_from\":\"{fingerprint}\"")), "{text}");
         let [a, b, c] = ["out/a.png", "out/b.png", "out/c.png"].map(|name| desk.path(name));
-        assert!(manifest.is_up_to_date(&a, &made_from));
-        assert!(!manifest.is_up_to_date(&b, &made_from));
-        assert!(!manifest.is_up_to_date(&c, &made_from));
+        assert!(manifest.is_up_to_date(&a, &fingerprint));
+        assert!(!manifest.is_up_to_date(&b, &fingerprint));
+        assert!(!manifest.is_up_to_date(&c, &fingerprint));
 
         // What a caller records, a run skips.
-        let made_from = prepared.made_from_file(&desk.path("c.png")).unwrap();
-        prepared.carry_file(&desk.path("c.png"), &c).unwrap();
-        manifest.record(&c, &made_from).unwrap();
-        assert!(manifest.is_up_to_date(&c, &made_from));
+        let fingerprint = prepared.fingerprint_of_file(&desk.path("c.png")).unwrap();
+        prepared.transfer_file(&desk.path("c.png"), &c).unwrap();
+        manifest.record(&c, &fingerprint).unwrap();
+        assert!(manifest.is_up_to_date(&c, &fingerprint));
         let mut transfer = desk.transfer(&["a.png", "b.png", "c.png"], "out");
         change(&mut transfer);
         transfer.existing = Existing::KeepUpToDate;
@@ -268,13 +269,13 @@ fn fingerprints_are_those_of_the_manifest() {
 fn records_name_what_is_wrong() {
     let desk = Desk::new();
     let manifest = Manifest::open(desk.0.path(), None).unwrap();
-    let made_from = "0".repeat(64);
-    let fails = |output: &Path, made_from: &str, wanted: &str| {
-        let failure = manifest.record(output, made_from).unwrap_err().to_string();
+    let fingerprint = "0".repeat(64);
+    let fails = |output: &Path, fingerprint: &str, wanted: &str| {
+        let failure = manifest.record(output, fingerprint).unwrap_err().to_string();
         assert!(failure.contains(wanted), "{failure}");
     };
-    fails(Path::new("/elsewhere/a.png"), &made_from, "must be in the folder");
+    fails(Path::new("/elsewhere/a.png"), &fingerprint, "must be in the folder");
     fails(&desk.path("a.png"), "banana", "64 lower-case hexadecimal digits, got \"banana\"");
-    fails(&desk.path("none.png"), &made_from, "none.png in the manifest");
+    fails(&desk.path("none.png"), &fingerprint, "none.png in the manifest");
     assert!(!desk.path(".uvgraft-manifest.jsonl").exists());
 }

@@ -122,14 +122,14 @@ fn textures_are_transferred_and_reported_in_order() {
         let done = transfer.run(&log).unwrap();
         assert_eq!((done.written, done.failures.len(), done.worst()), (2, 1, Some(Fault::Input)));
         assert!(done.failures[0].to_string().contains("b.png: not a supported image"));
-        let told = log.lines.into_inner().unwrap();
-        assert_eq!(told[0], "3 None");
-        assert_eq!(told[1], "a.png done");
+        let reported = log.lines.into_inner().unwrap();
+        assert_eq!(reported[0], "3 None");
+        assert_eq!(reported[1], "a.png done");
         assert!(
-            told[2].starts_with("b.png ") && told[2].contains("not a supported image"),
-            "{told:?}"
+            reported[2].starts_with("b.png ") && reported[2].contains("not a supported image"),
+            "{reported:?}"
         );
-        assert_eq!(told[3..], ["c.png done"]);
+        assert_eq!(reported[3..], ["c.png done"]);
         assert_eq!(desk.center("out/a.png"), 0.8);
         assert_eq!(desk.center("out/c.png"), 0.6);
         assert!(!desk.path("out/b.png").exists());
@@ -304,7 +304,7 @@ fn non_finite_texels_are_unknown() {
     for (name, spot) in [("nan.exr", f32::NAN), ("infinite.tif", f32::NEG_INFINITY)] {
         save(name, spot);
     }
-    let carry = |source: &str, values: Values, fit: Option<FitOptions>| {
+    let transfer = |source: &str, values: Values, fit: Option<FitOptions>| {
         let mut transfer = desk.transfer(&[source], "out.exr");
         let Inputs::Textures { values: meant, .. } = &mut transfer.inputs else { unreachable!() };
         *meant = values;
@@ -322,37 +322,37 @@ fn non_finite_texels_are_unknown() {
         (0..48 * 48).filter(|&k| off(k)).count()
     };
     for fit in [None, Some(FitOptions::default())] {
-        let (whole, none) = carry("whole.exr", Values::Albedo, fit);
+        let (whole, none) = transfer("whole.exr", Values::Albedo, fit);
         assert!(none.is_empty(), "{none:?}");
         for source in ["nan.exr", "infinite.tif"] {
-            let (carried, warnings) = carry(source, Values::Albedo, fit);
+            let (transferred, warnings) = transfer(source, Values::Albedo, fit);
             let warning = format!("{source}: 9 texels are NaN or infinite; showing the base there");
             assert!(warnings.len() == 1 && warnings[0].contains(&warning), "{warnings:?}");
-            let Texels::F32(values) = carried.texels() else { panic!("floats") };
+            let Texels::F32(values) = transferred.texels() else { panic!("floats") };
             assert!(values.iter().all(|value| value.is_finite()));
             // The base's green of 0.3 in linear light. The hole has 4.5 texels a side, plus the
             // filter's support.
             let hole =
-                (0..48 * 48).filter(|k| (carried.get(k % 48, k / 48, 1) - 0.0732).abs() < 2e-3);
+                (0..48 * 48).filter(|k| (transferred.get(k % 48, k / 48, 1) - 0.0732).abs() < 2e-3);
             let at_middle =
                 hole.filter(|k| (12..36).contains(&(k % 48)) && (12..36).contains(&(k / 48)));
             assert!(at_middle.count() >= 9, "{source}");
-            let differing = differing(&carried, &whole);
+            let differing = differing(&transferred, &whole);
             // At most the filter's support around the spot: nine source texels a side.
             assert!((12..=14 * 14).contains(&differing), "{source}: {differing}");
         }
         // A texture without any known texel leaves the base.
-        let (nothing, warnings) = carry("nothing.exr", Values::Albedo, fit);
+        let (nothing, warnings) = transfer("nothing.exr", Values::Albedo, fit);
         assert!(warnings[0].contains("nothing.exr: 64 texels are NaN"), "{warnings:?}");
         let green = |texture: &Texture, k: u32| texture.get(k % 48, k / 48, 1);
         assert!((0..48 * 48).all(|k| (green(&nothing, k) - 0.0732).abs() < 2e-3));
         // Data has no alpha; unknown texels take the nearest value.
-        let (whole, _) = carry("whole.exr", Values::Data, fit);
-        let (carried, warnings) = carry("nan.exr", Values::Data, fit);
+        let (whole, _) = transfer("whole.exr", Values::Data, fit);
+        let (transferred, warnings) = transfer("nan.exr", Values::Data, fit);
         assert!(
             warnings[0].contains("9 texels are NaN or infinite; using the value"),
             "{warnings:?}"
         );
-        assert_eq!(differing(&carried, &whole), 0);
+        assert_eq!(differing(&transferred, &whole), 0);
     }
 }

@@ -56,13 +56,13 @@ impl Holes for Cutouts<'_> {
 
 /// The surfaces that cast shadows.
 #[derive(Debug, Clone, Copy)]
-pub(crate) struct Casters<'a> {
+pub(crate) struct ShadowCasters<'a> {
     pub surfaces: &'a [Surface],
     pub mipmaps: &'a [Mipmap],
     pub geometry: &'a Geometry,
 }
 
-impl<'a> Casters<'a> {
+impl<'a> ShadowCasters<'a> {
     /// Whether all surfaces are opaque, so that their shadows have no holes.
     pub fn are_whole(&self) -> bool {
         self.surfaces.iter().all(|surface| surface.material.alpha == AlphaMode::Opaque)

@@ -5,7 +5,7 @@ use uvgraft::{Channels, Encoding, Size, Texels, Texture, Value, threads};
 use uvgraft_gltf::scene::AlphaMode;
 
 use super::camera::{Camera, Homogeneous};
-use super::cutouts::{Casters, Cutouts};
+use super::cutouts::{Cutouts, ShadowCasters};
 use super::depth::{BAND, DepthMap, Drawing};
 use super::encode::{Encoder, decode};
 use super::floor::Floor;
@@ -88,7 +88,7 @@ impl<'a> Frame<'a> {
         };
         let (opaque, translucent) = (visible(false), visible(true));
         let light = options.lit.then(|| {
-            let casters = Casters { surfaces, mipmaps, geometry: &geometry };
+            let casters = ShadowCasters { surfaces, mipmaps, geometry: &geometry };
             let holes = Cutouts {
                 surfaces,
                 mipmaps,
@@ -273,7 +273,7 @@ impl Lighting {
     fn new(
         camera: &Camera,
         step: u32,
-        casters: &Casters<'_>,
+        casters: &ShadowCasters<'_>,
         depths: &DepthMap,
         floor: Option<f32>,
         size: Size,

@@ -45,7 +45,7 @@ use self::geometry::Geometry;
 use self::mipmap::Mipmap;
 pub use self::options::{Background, RenderOptions};
 pub use self::shading::Shading;
-use self::surface::{Needed, Role, Surface};
+use self::surface::{NeededMipmaps, Role, Surface};
 pub use self::thumbnail::{ThumbnailError, thumbnail};
 
 /// Renders a mesh with its texture, as 8-bit sRGB.
@@ -96,7 +96,7 @@ impl Renderer {
     }
 
     fn of(materials: &[Material], textures: &[&Texture]) -> Self {
-        let mut needed = Needed::default();
+        let mut needed = NeededMipmaps::default();
         let surface = |material| Surface::new(material, textures.len(), &mut needed);
         let surfaces = materials.iter().map(surface).collect();
         let mipmap = |(texture, role): (usize, Role)| match role {

@@ -225,14 +225,14 @@ mod tests {
 
     use super::*;
     use crate::Renderer;
-    use crate::surface::Needed;
+    use crate::surface::NeededMipmaps;
     use crate::tests::{ahead, square};
 
     const TEXTURE: TextureUse =
         TextureUse { index: 0, wrap: [Wrap::Clamp; 2], nearest: false, coordinates: 0 };
 
     fn effort(material: &Material, piece: &PosedPrimitive, side: u32, lit: bool) -> Effort {
-        let surface = Surface::new(material, 1, &mut Needed::default());
+        let surface = Surface::new(material, 1, &mut NeededMipmaps::default());
         let surfaces = [surface];
         let texels = Texels::U8(vec![7; (side * side) as usize]);
         let texture =

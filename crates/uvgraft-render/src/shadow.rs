@@ -7,7 +7,7 @@ use glam::Vec3;
 use uvgraft::{Size, threads};
 
 use super::camera::Camera;
-use super::cutouts::Casters;
+use super::cutouts::ShadowCasters;
 use super::depth::{DepthMap, Drawing, Whole};
 use super::projection::project;
 
@@ -54,7 +54,7 @@ impl Shadow {
     /// - `pixel`: size of a pixel of the picture there, in mesh units.
     /// - `metre`: length of one metre in mesh units.
     pub fn new(
-        casters: &Casters<'_>,
+        casters: &ShadowCasters<'_>,
         towards: Vec3,
         seen: (Vec3, f32),
         pixel: f32,
@@ -98,6 +98,8 @@ impl Shadow {
         // Four points, a quarter of the pixel from its centre along both axes, would widen the box
         // to about this: their variance is that of the box plus a sixteenth.
         let width = width / self.unit_per_texel;
+        // A box's variance is a third of its half width squared: 3 / 16 of the width squared is
+        // added.
         let softness = (self.softness.powi(2) + (0.433 * width).powi(2)).sqrt().min(SOFTEST);
         let [farthest, nearest] = self.range([x, y], softness);
         if nearest <= height {
@@ -253,7 +255,7 @@ mod tests {
             geometry.faces.push(Face { vertices, uv: vertices, surface: 0 });
         }
         let surfaces = [Surface::of_part(Shading::Matt)];
-        let casters = Casters { surfaces: &surfaces, mipmaps: &[], geometry: &geometry };
+        let casters = ShadowCasters { surfaces: &surfaces, mipmaps: &[], geometry: &geometry };
         let towards = Vec3::new(0.0, 0.0, 1.0);
         let mut seen = [0; 3];
         for (metre, pixel, side) in

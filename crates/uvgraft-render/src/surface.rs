@@ -24,9 +24,9 @@ pub(crate) enum Role {
 
 /// The mipmaps that surfaces need: texture indices, once for each role in which a texture is used.
 #[derive(Debug, Default)]
-pub(crate) struct Needed(pub Vec<(usize, Role)>);
+pub(crate) struct NeededMipmaps(pub Vec<(usize, Role)>);
 
-impl Needed {
+impl NeededMipmaps {
     fn insert(&mut self, texture: TextureUse, role: Role, textures: usize) -> Option<TextureUse> {
         let key = (texture.index, role);
         let known = self.0.iter().position(|&known| known == key);
@@ -40,7 +40,7 @@ impl Needed {
 
 impl Surface {
     /// - `textures`: number of textures; references to others are dropped.
-    pub fn new(material: &Material, textures: usize, needed: &mut Needed) -> Self {
+    pub fn new(material: &Material, textures: usize, needed: &mut NeededMipmaps) -> Self {
         let mut color = |texture: Option<TextureUse>| {
             texture.and_then(|texture| needed.insert(texture, Role::Color, textures))
         };

@@ -58,20 +58,12 @@ pub fn thumbnail(
 /// of the neck.
 fn head(avatar: &Avatar) -> Option<Bounds> {
     let head = avatar.skeleton.human(HumanBone::Head)?;
-    let joints = avatar.skeleton.joints();
-    let mut is_head = vec![false; joints.len()];
-    for (index, joint) in joints.iter().enumerate() {
-        is_head[index] = index == head || joint.parent.is_some_and(|parent| is_head[parent]);
-    }
+    let weights = avatar.skin.weights_below(&avatar.skeleton, head);
     let mut is_used = vec![false; avatar.mesh.positions().len()];
     for &vertex in avatar.mesh.faces().as_flattened() {
         is_used[vertex as usize] = true;
     }
-    let share = |vertex: usize| -> f32 {
-        let influences = avatar.skin.of(vertex).iter();
-        influences.filter(|(joint, _)| is_head[usize::from(*joint)]).map(|(_, weight)| weight).sum()
-    };
-    let of_head = (0..avatar.skin.vertices()).filter(|&v| is_used[v] && share(v) > 0.5);
+    let of_head = (0..weights.len()).filter(|&vertex| is_used[vertex] && weights[vertex] > 0.5);
     let bounds = Bounds::of(of_head.map(|vertex| avatar.mesh.positions()[vertex]))?;
     let (low, high) = (Vec3::from(bounds.low), Vec3::from(bounds.high));
     let neck = Vec3::new(0.0, 0.12 * (high - low).y, 0.0);
@@ -82,7 +74,7 @@ fn head(avatar: &Avatar) -> Option<Bounds> {
 mod tests {
     use uvgraft::{Channels, Depth, Encoding};
     use uvgraft_figure::Figure;
-    use uvgraft_gltf::glb::{Picture, PictureFormat};
+    use uvgraft_gltf::glb::{EmbeddedFormat, EmbeddedImage};
 
     use super::*;
 
@@ -92,7 +84,7 @@ mod tests {
         let red = [0.9, 0.1, 0.1];
         let texture =
             Texture::filled(Size::square(8), Channels::Rgb, Encoding::Srgb, Depth::U8, &red);
-        let picture = Picture::encode(texture.unwrap(), PictureFormat::Png, 90).unwrap();
+        let picture = EmbeddedImage::encode(texture.unwrap(), EmbeddedFormat::Png, 90).unwrap();
         let picture = thumbnail(&avatar, &[AvatarMaterial::new(picture)], 64).unwrap();
         assert_eq!(picture.size(), Size::square(64));
         // The background is grey.

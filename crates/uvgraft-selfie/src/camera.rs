@@ -7,6 +7,7 @@ use glam::{DMat3, DVec3};
 use nalgebra::{SMatrix, SVector};
 use uvgraft::Size;
 use uvgraft::correspond::similarity::Similarity;
+use uvgraft::statistics::median;
 
 /// Focal length, as a share of a photograph's longer side, where nothing tells it: 43 mm on film,
 /// between that of telephones and of portraits.
@@ -145,9 +146,7 @@ impl Camera {
             })
             .collect();
         let mut sizes: Vec<f64> = residuals.iter().map(|[x, y]| x.hypot(*y)).collect();
-        let middle = sizes.len() / 2;
-        let limit = *sizes.clone().select_nth_unstable_by(middle, f64::total_cmp).1;
-        let limit = (1.5 * limit).max(1e-6);
+        let limit = (1.5 * median(sizes.iter().copied())?).max(1e-6);
         sizes.iter_mut().for_each(|size| *size = (limit / size.max(1e-12)).min(1.0));
         let mut normal = SMatrix::<f64, 6, 6>::identity() * 1e-12;
         let mut right = SVector::<f64, 6>::zeros();
@@ -164,6 +163,7 @@ impl Camera {
             let by_point =
                 [DVec3::new(f, 0.0, -f * at.x / at.z), DVec3::new(0.0, f, -f * at.y / at.z)];
             for (by_point, error) in by_point.into_iter().zip(residual) {
+                // A small turn `ω` moves the point by `ω × r`, and `g · (ω × r) = ω · (r × g)`.
                 let by_turn = turned.cross(by_point);
                 let row = SVector::<f64, 6>::from_column_slice(&[
                     by_turn.x, by_turn.y, by_turn.z, by_point.x, by_point.y, by_point.z,

@@ -2,6 +2,7 @@
 
 use nalgebra::{Matrix3, Vector3};
 use uvgraft::color::lab;
+use uvgraft::statistics::median_color;
 
 /// The distribution of the colours of one thing, such as hair.
 #[derive(Debug, Clone, PartialEq)]
@@ -15,7 +16,7 @@ pub(crate) struct ColorModel {
 /// Standard deviations that are added: of lightness, which light changes, and of hue.
 const TOLERANCE: [f64; 3] = [7.0, 2.5, 3.0];
 
-/// Fewest samples.
+/// Fewest samples. Origin not recorded.
 const FEWEST: usize = 60;
 
 impl ColorModel {
@@ -27,12 +28,7 @@ impl ColorModel {
             return None;
         }
         let points: Vec<Vector3<f64>> = samples.iter().map(|&color| point(color)).collect();
-        let median = |values: &mut dyn Iterator<Item = f64>| {
-            let mut values: Vec<f64> = values.collect();
-            let middle = values.len() / 2;
-            *values.select_nth_unstable_by(middle, f64::total_cmp).1
-        };
-        let center = Vector3::from_fn(|k, _| median(&mut points.iter().map(|point| point[k])));
+        let center = median_color(points.iter().map(|&point| <[f64; 3]>::from(point)))?.into();
         let color = median_color(samples.iter().copied())?;
         let tolerance = Matrix3::from_diagonal(&Vector3::from_fn(|k, _| TOLERANCE[k].powi(2)));
         let mut model = Self { center, whitening: whitening(tolerance * 4.0)?, color };
@@ -63,18 +59,6 @@ impl ColorModel {
     fn distance_to(&self, point: &Vector3<f64>) -> f64 {
         (self.whitening * (point - self.center)).norm()
     }
-}
-
-/// The median of each channel; `None` of none.
-pub(crate) fn median_color(colors: impl IntoIterator<Item = [f32; 3]>) -> Option<[f32; 3]> {
-    let colors: Vec<[f32; 3]> = colors.into_iter().collect();
-    (!colors.is_empty()).then(|| {
-        std::array::from_fn(|k| {
-            let mut values: Vec<f32> = colors.iter().map(|color| color[k]).collect();
-            let middle = values.len() / 2;
-            *values.select_nth_unstable_by(middle, f32::total_cmp).1
-        })
-    })
 }
 
 fn point(color: [f32; 3]) -> Vector3<f64> {

@@ -4,17 +4,18 @@
 use glam::DVec3;
 use uvgraft::Area;
 use uvgraft::easing::smoothstep;
+use uvgraft::statistics::median_color;
 use uvgraft::surface_field::Smoothness;
 use uvgraft::surface_index::SurfacePoint;
 use uvgraft::threads::map_indices;
+use uvgraft_avatar::paint::texel::blend;
 
-use crate::color_model::median_color;
 use crate::head::Head;
 use crate::layout_texels::LayoutTexels;
 use crate::mirror::Mirror;
-use crate::raster::{Squares, bilinear};
+use crate::raster::{Squares, sample};
 
-/// Smoothness of colours that spread over the surface, in eye distances.
+/// Smoothness of colours that spread over the surface, in eye distances. Origin not recorded.
 const SPREAD: Smoothness = Smoothness { bending: 0.02, membrane: 0.5 };
 
 /// Texels at the edge of what is known are not quite skin.
@@ -74,14 +75,16 @@ impl<'a> Completion<'a> {
                 (0..3).map(|c| place.weights[c] as f32 * in_mouth[corners[c] as usize]).sum();
             let lip: f32 =
                 (0..3).map(|c| place.weights[c] as f32 * on_lips[corners[c] as usize]).sum();
+            // From the least certain to the most: tone, lips, mouth, hair, the mirror image,
+            // photographs.
             let mut filled = match &lips {
                 Some(lips) => {
                     let lips = of(lips).map(|value| value * (1.0 - between_lips[texel]));
-                    mixed(tone, lips, smoothstep(0.3, 0.7, lip))
+                    blend(tone, lips, smoothstep(0.3, 0.7, lip))
                 }
                 None => tone,
             };
-            filled = mixed(filled, MOUTH, smoothstep(0.02, 0.6, mouth));
+            filled = blend(filled, MOUTH, smoothstep(0.02, 0.6, mouth));
             if let Some(hair) = scalp {
                 let share = smoothstep(0.15, 0.85, share) * (1.0 - mouth);
                 filled = std::array::from_fn(|k| filled[k] + (hair[k] - filled[k]) * share);
@@ -89,11 +92,11 @@ impl<'a> Completion<'a> {
             if known < 1.0
                 && let Some(uv) = mirror.uv(self.texels, texel)
             {
-                let [mr, mg, mb, known] = bilinear(size, &packed, uv);
+                let [mr, mg, mb, known] = sample(size, &packed, uv);
                 let share = smoothstep(0.3, 0.9, known);
-                filled = mixed(filled, [mr, mg, mb], share);
+                filled = blend(filled, [mr, mg, mb], share);
             }
-            mixed(filled, [r, g, b], known)
+            blend(filled, [r, g, b], known)
         })
     }
 
@@ -155,6 +158,7 @@ impl<'a> Completion<'a> {
         /// Radius of the neighbourhood in squares of which the texture's side has so many.
         const SQUARES: u32 = 512;
         const RADIUS: usize = 9;
+        /// Share of the lips' colour that is taken away. Origin not recorded.
         const DARKER: f32 = 0.45;
         let around = Squares::new(self.texels.size(), SQUARES, |texel| [known[texel]]);
         let around = around.blurred(RADIUS);
@@ -186,6 +190,7 @@ impl<'a> Completion<'a> {
         weight: impl Fn(usize) -> f64,
     ) -> Option<Vec<[f64; 3]>> {
         /// Weights of what is known and of plain skin elsewhere, beside the field's smoothness.
+        /// Origin not recorded.
         const KNOWN: f64 = 10.0;
         const PLAIN: f64 = 0.3;
         let vertices = self.head.mesh.positions().len();
@@ -248,8 +253,4 @@ impl<'a> Completion<'a> {
         }
         median_color(texels.into_iter().map(|texel| colors[texel]))
     }
-}
-
-fn mixed(one: [f32; 3], other: [f32; 3], share: f32) -> [f32; 3] {
-    std::array::from_fn(|k| one[k] + (other[k] - one[k]) * share)
 }

@@ -7,6 +7,7 @@
 
 use glam::DVec3;
 use uvgraft::color::{linear_from_srgb, srgb_from_linear};
+use uvgraft::statistics::median;
 use uvgraft::surface_index::{SurfaceIndex, SurfacePoint};
 use uvgraft::threads::map_indices;
 use uvgraft::{Anatomy, Area, Channels, Depth, Encoding, Mesh, Size, Texels, Texture};
@@ -16,7 +17,7 @@ use crate::components::Components;
 use crate::depth_map::{DepthMap, NOTHING};
 use crate::light::{Irradiance, Reflection};
 use crate::normals::normals;
-use crate::pixels::nearest_four;
+use crate::pixels;
 
 /// Width and height of a drawing.
 pub(crate) const SIZE: Size = Size::square(640);
@@ -103,10 +104,12 @@ impl<'a> Drawing<'a> {
     fn color(&self, at: &SurfacePoint) -> [f32; 3] {
         if let Some(texture) = self.texture {
             let uv = self.mesh.uv_triangle(at.face as usize);
-            let uv: [f32; 2] = std::array::from_fn(|axis| {
-                (0..3).map(|k| at.weights[k] as f32 * uv[k][axis]).sum()
+            let sides = [texture.size().width, texture.size().height];
+            let at_px = std::array::from_fn(|axis| {
+                let uv = (0..3).map(|k| at.weights[k] * f64::from(uv[k][axis])).sum::<f64>();
+                uv * f64::from(sides[axis])
             });
-            return nearest_four(texture, uv);
+            return pixels::color(texture, at_px);
         }
         let corners = self.mesh.faces()[at.face as usize].map(|vertex| vertex as usize);
         std::array::from_fn(|channel| {
@@ -151,7 +154,8 @@ impl View<'_> {
     /// - `photo`: the photograph's colours, sRGB with 1.0 for white, at positions of the drawing in
     ///   pixels.
     pub fn drawn_in(&self, photo: impl Fn([f64; 2]) -> [f32; 3] + Sync) -> Texture {
-        /// Distances of colours at which something covers the skin: perhaps, and certainly.
+        /// Distances of colours at which something covers the skin: perhaps, and certainly. Origin
+        /// not recorded.
         const COVERED: [f32; 2] = [0.25, 0.4];
         let Some(light) = self.light(&photo) else { return self.drawn() };
         self.picture(|px| {
@@ -175,7 +179,7 @@ impl View<'_> {
     fn light(&self, photo: impl Fn([f64; 2]) -> [f32; 3]) -> Option<Irradiance> {
         /// Distance of the samples, in pixels.
         const STEP: usize = 4;
-        /// Least cosine between normal and line of sight.
+        /// Least cosine between normal and line of sight: 78°.
         const FACING: f64 = 0.2;
         /// What reflects less than this share of what cheeks, nose and jaw reflect is no skin: hair
         /// that covers all of a forehead would pass for darkness.
@@ -203,11 +207,7 @@ impl View<'_> {
                 }
             }
         }
-        if below_forehead.is_empty() {
-            return None;
-        }
-        let middle = below_forehead.len() / 2;
-        let usual = *below_forehead.select_nth_unstable_by(middle, f64::total_cmp).1;
+        let usual = median(below_forehead)?;
         reflections.retain(|reflection| reflection.factors[1] > DARKEST * usual);
         Irradiance::new(&reflections)
     }

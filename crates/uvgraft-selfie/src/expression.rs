@@ -1,4 +1,4 @@
-//! The expression in a face's landmarks, as far as it is told from its shape.
+//! The expression in a face's landmarks, as far as it can be distinguished from its shape.
 //!
 //! A handful of movements explain most of what faces do in photographs: the jaw opens, the corners
 //! of the mouth go outwards and up, the upper lip rises, lips protrude, brows rise. Each is a field
@@ -117,6 +117,7 @@ fn bounded(matrix: &DMatrix<f64>, right: &DVector<f64>) -> Vec<f64> {
             }
             let others: f64 =
                 (0..count).filter(|&j| j != i).map(|j| matrix[(i, j)] * amounts[j]).sum();
+            // The exact minimum along one axis, cut off at 0; convex, so rounds of these converge.
             amounts[i] = ((right[i] - others) / matrix[(i, i)]).max(0.0);
         }
     }

@@ -14,6 +14,7 @@
 use glam::{DMat3, DQuat, DVec3};
 use uvgraft::Size;
 use uvgraft::easing::smoothstep_f64;
+use uvgraft::statistics::median;
 use uvgraft::surface_field::{FieldValue, Smoothness};
 
 use crate::average_pose;
@@ -119,8 +120,8 @@ impl Fit {
             .zip(pixels)
             .map(|(photo, pixels)| View::new((head, &drawing), &rest, photo, pixels))
             .collect::<Option<Vec<View>>>()?;
-        let mismatches = views.iter().map(|view| view.mismatch(head, &rest)).collect();
-        let belief = average_pose::belief(median(mismatches));
+        let mismatches = views.iter().map(|view| view.mismatch(head, &rest));
+        let belief = average_pose::belief(median(mismatches).unwrap_or(f64::NAN));
         for (view, pixels) in views.iter_mut().zip(pixels) {
             view.believe_average((head, &drawing), &rest, pixels, belief);
         }
@@ -336,6 +337,7 @@ impl View {
             let seen = self.camera.unproject([x, y], depths[index]);
             let along = outer((seen - self.camera.eye()).normalize());
             let weight = facing[index] * landmark.certainty;
+            // Fully across the line of sight, and little along it.
             let certainty = (DMat3::IDENTITY - along * (1.0 - DEPTH_TRUST)) * weight;
             Sighting { moved: seen - points[index], certainty, along, weight }
         };
@@ -351,17 +353,8 @@ impl View {
             let [x, y, _] = self.camera.project(point);
             (x - seen[0]).hypot(y - seen[1])
         };
-        median(certain.map(distance).collect())
+        median(certain.map(distance)).unwrap_or(f64::NAN)
     }
-}
-
-/// The upper of the two middle values if there are two; NaN of none.
-fn median(mut values: Vec<f64>) -> f64 {
-    let middle = values.len() / 2;
-    if values.is_empty() {
-        return f64::NAN;
-    }
-    *values.select_nth_unstable_by(middle, f64::total_cmp).1
 }
 
 /// Where photographs put landmarks, as displacements from where they are.
@@ -372,6 +365,7 @@ fn places(head: &Head, views: &[View], from: &[Vec<DVec3>]) -> Vec<FieldValue> {
     let seen: Vec<Vec<Sighting>> =
         views.iter().zip(from).map(|(view, from)| view.sightings(head, from)).collect();
     let place = |(index, landmark): (usize, &HeadLandmark)| {
+        // Least squares: `(REST + Σ Cᵢ) x = Σ Cᵢ mᵢ`, with the certainty `Cᵢ` of each photograph.
         let mut matrix = DMat3::from_diagonal(DVec3::splat(REST));
         let mut right = DVec3::ZERO;
         let mut total = 0.0;
@@ -422,12 +416,12 @@ fn bent(
     let moves = head.field.solve(smoothness, &held, places)?;
     let mut moved: Vec<DVec3> =
         from.iter().zip(&moves).map(|(&from, &by)| from + DVec3::from(by)).collect();
-    carry_along(head, from, &mut moved);
+    move_loose_parts(head, from, &mut moved);
     Some(moved)
 }
 
 /// Moves what lies loose in the head, such as eyeballs and teeth, rigidly with the skin around it.
-fn carry_along(head: &Head, from: &[DVec3], moved: &mut [DVec3]) {
+fn move_loose_parts(head: &Head, from: &[DVec3], moved: &mut [DVec3]) {
     /// Number of vertices of the skin that decide.
     const NEAREST: usize = 60;
     let skin = &head.components.vertices[head.components.skin as usize];

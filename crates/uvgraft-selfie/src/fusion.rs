@@ -7,6 +7,7 @@
 
 use uvgraft::Size;
 use uvgraft::easing::smoothstep;
+use uvgraft::statistics::median;
 use uvgraft::threads::{for_each, map_indices};
 
 use crate::raster::Squares;
@@ -105,6 +106,7 @@ impl Fusion {
                 }
                 let [r, g, b, weight] = coarse_of.at(texel);
                 let soft = [r, g, b].map(|value| value / weight.max(1e-9));
+                // Never 0, or what is seen edge-on alone would have no colour.
                 let weights = [COARSE, FINE].map(|power| is_known * facing.powi(power) + 1e-9);
                 for k in 0..3 {
                     coarse[x][k] += weights[0] * soft[k];
@@ -132,9 +134,8 @@ impl Fusion {
         Some(std::array::from_fn(|k| {
             let ratio =
                 |&texel: &usize| (self.color(texel)[k] + 0.01) / (layer.colors[texel][k] + 0.01);
-            let mut ratios: Vec<f32> = both.iter().step_by(step).map(ratio).collect();
-            let middle = ratios.len() / 2;
-            ratios.select_nth_unstable_by(middle, f32::total_cmp).1.clamp(0.3, 3.0)
+            // Shadows and hair that one photograph alone shows do not set its exposure.
+            median(both.iter().step_by(step).map(ratio)).unwrap_or(1.0).clamp(0.3, 3.0)
         }))
     }
 

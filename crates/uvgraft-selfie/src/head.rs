@@ -79,7 +79,7 @@ impl Head {
         let components = Components::new(&mesh, &anatomy);
         let texture = texture.map(plain);
         let drawing = Drawing::new(&mesh, &anatomy, &components, texture.as_ref());
-        let landmarks = head_landmarks::landmarks(&drawing, &canonical.mates, &*detect)?;
+        let landmarks = head_landmarks::landmarks(&drawing, &canonical.mirror_partners, &*detect)?;
         let canonical: Vec<DVec3> = canonical.positions.iter().map(|&at| DVec3::from(at)).collect();
         let positions: Vec<DVec3> = mesh.positions().iter().map(wide).collect();
         let points = points_of(&mesh, &landmarks, &positions);

@@ -104,17 +104,18 @@ fn means(sides: &[Vec<Cast>], count: usize) -> Vec<(DVec3, f64, f64)> {
 
 /// Finds the landmarks of photographs on a head.
 ///
-/// - `mates`: for each landmark, that of the other side of the face; itself on the midline.
-/// - `detect`: finds the landmarks in a picture, `[x, y, z]` in pixels each; as many as `mates`.
+/// - `mirror_partners`: for each landmark, that of the other side of the face; itself on the midline.
+/// - `detect`: finds the landmarks in a picture, `[x, y, z]` in pixels each; as many as `mirror_partners`.
 pub(crate) fn landmarks(
     drawing: &Drawing<'_>,
-    mates: &[usize],
+    mirror_partners: &[usize],
     detect: &LandmarkDetector,
 ) -> Result<Vec<HeadLandmark>, HeadLandmarkError> {
     const NEEDED: usize = 3;
     let found: Vec<Vec<Cast>> = map_indices(SIDES.len(), |side| {
         let view = at_side(drawing, SIDES[side]);
-        let landmarks = detect(&view.drawn()).filter(|found| found.len() == mates.len())?;
+        let landmarks =
+            detect(&view.drawn()).filter(|found| found.len() == mirror_partners.len())?;
         let landmarks: Vec<DVec3> = landmarks.into_iter().map(DVec3::from).collect();
         Some(cast(drawing, &view, &steadied(&landmarks)))
     })
@@ -125,25 +126,26 @@ pub(crate) fn landmarks(
         let (found, drawn) = (found.len(), SIDES.len());
         return Err(HeadLandmarkError::NotFound { found, drawn, needed: NEEDED });
     }
-    let means = means(&found, mates.len());
+    let means = means(&found, mirror_partners.len());
     let frame = drawing.anatomy().frame();
     let mirrored = |point: DVec3| {
         let [x, y, z] = frame.local(point.to_array());
         DVec3::from(frame.world([-x, y, z]))
     };
-    let landmarks = means.iter().zip(mates).map(|(&(point, weight, spread), &mate)| {
-        // Both sides together are twice as sure, and neither is drawn to one side.
-        let (of_mate, mate_weight, mate_spread) = means[mate];
-        let total = (weight + mate_weight).max(f64::MIN_POSITIVE);
-        let point = (point * weight + mirrored(of_mate) * mate_weight) / total;
-        let spread = (spread * weight + mate_spread * mate_weight) / total / frame.unit;
-        let reach = 0.5 * frame.unit;
-        let (at, distance) = drawing
-            .nearest(point, reach)
-            .filter(|_| total > 1e-9)
-            .unwrap_or((SurfacePoint { face: 0, weights: [1.0, 0.0, 0.0] }, f64::INFINITY));
-        HeadLandmark { at, certainty: certainty(spread, distance / frame.unit) }
-    });
+    let landmarks =
+        means.iter().zip(mirror_partners).map(|(&(point, weight, spread), &mirror_partner)| {
+            // Both sides together are twice as sure, and neither is drawn to one side.
+            let (of_partner, partner_weight, partner_spread) = means[mirror_partner];
+            let total = (weight + partner_weight).max(f64::MIN_POSITIVE);
+            let point = (point * weight + mirrored(of_partner) * partner_weight) / total;
+            let spread = (spread * weight + partner_spread * partner_weight) / total / frame.unit;
+            let reach = 0.5 * frame.unit;
+            let (at, distance) = drawing
+                .nearest(point, reach)
+                .filter(|_| total > 1e-9)
+                .unwrap_or((SurfacePoint { face: 0, weights: [1.0, 0.0, 0.0] }, f64::INFINITY));
+            HeadLandmark { at, certainty: certainty(spread, distance / frame.unit) }
+        });
     let mut landmarks: Vec<HeadLandmark> = landmarks.collect();
     for (indices, share) in LESS_CERTAIN {
         for &index in indices {
@@ -189,7 +191,7 @@ pub(crate) fn in_photograph(
     known: &[HeadLandmark],
     detect: &LandmarkDetector,
 ) -> Option<Vec<HeadLandmark>> {
-    /// The weight of a landmark that is only known from other sides.
+    /// The weight of a landmark that is only known from other sides. Origin not recorded.
     const UNSEEN: f64 = 0.2;
     let unit = drawing.anatomy().frame().unit;
     let [x, y, depth] = camera.project(middle(drawing));

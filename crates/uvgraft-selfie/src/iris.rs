@@ -1,15 +1,16 @@
 //! The colours of the eyes in a photograph.
 
 use uvgraft::Texture;
+use uvgraft::color::luma;
+use uvgraft::statistics::{median_color, order_statistic};
 use uvgraft_avatar::eyes::EyeColors;
 
-use crate::color_model::median_color;
 use crate::outline::{FaceOutlines, Outline};
 
 /// Radius of an iris, in distances between the eyes: 5.9 of 63 mm.
 const RADIUS: f64 = 0.093;
 
-/// Between the pupil and the dark ring at the edge, in radii.
+/// Between the pupil and the dark ring at the edge, in radii. Origin not recorded.
 const RING: [f64; 2] = [0.42, 0.85];
 
 /// Fewest pixels of the ring.
@@ -35,19 +36,17 @@ pub(crate) fn eye_colors(
 }
 
 fn of_eye(photo: &Texture, eye: &Outline, unit_px: f64) -> Option<EyeColors> {
-    /// Pixels nearer to the lids are lashes or their shadow.
+    /// Pixels nearer to the lids are lashes or their shadow. 0.8 mm where eyes are 63 mm apart.
     const INSIDE: f64 = 0.012;
     let pixels: Vec<([f64; 2], [f32; 3])> = eye
         .pixels(photo.size())
         .filter(|&at| eye.depth(at, 1.0) > INSIDE * unit_px)
         .map(|at| (at, color(photo, at)))
         .collect();
-    let mut lumas: Vec<f32> = pixels.iter().map(|pixel| luma(pixel.1)).collect();
-    if lumas.len() < 2 * FEWEST {
+    if pixels.len() < 2 * FEWEST {
         return None;
     }
-    lumas.sort_by(f32::total_cmp);
-    let dark = lumas[lumas.len() / 5];
+    let dark = order_statistic(pixels.iter().map(|pixel| luma(pixel.1)), |count| count / 5)?;
     let darkest = || pixels.iter().filter(|pixel| luma(pixel.1) <= dark).map(|pixel| pixel.0);
     let count = darkest().count() as f64;
     let center: [f64; 2] =
@@ -71,10 +70,9 @@ fn of_eye(photo: &Texture, eye: &Outline, unit_px: f64) -> Option<EyeColors> {
     ring.sort_by(|a, b| luma(*a).total_cmp(&luma(*b)));
     let ring = &ring[ring.len() / 5..ring.len() - ring.len() / 4];
     let iris = median_color(ring.iter().copied())?;
-    let mut around: Vec<f32> = within([1.2, 2.2]).into_iter().map(luma).collect();
-    around.sort_by(f32::total_cmp);
+    let around = within([1.2, 2.2]).into_iter().map(luma);
     // The lightest are highlights, the darker ones lashes and the lids' shadows.
-    let white = around.get(around.len() * 9 / 10).copied().unwrap_or(1.0);
+    let white = order_statistic(around, |count| count * 9 / 10).unwrap_or(1.0);
     (luma(iris) < 0.85 * white).then_some(EyeColors { iris, white })
 }
 
@@ -85,8 +83,4 @@ fn color(photo: &Texture, [x, y]: [f64; 2]) -> [f32; 3] {
     std::array::from_fn(|k| {
         if is_linear { uvgraft::color::srgb_from_linear(value(k)) } else { value(k) }
     })
-}
-
-fn luma([r, g, b]: [f32; 3]) -> f32 {
-    0.2126 * r + 0.7152 * g + 0.0722 * b
 }

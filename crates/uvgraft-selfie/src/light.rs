@@ -8,7 +8,8 @@
 
 use glam::DVec3;
 use nalgebra::{SMatrix, SVector};
-use uvgraft::color::{linear_from_srgb, srgb_from_linear};
+use uvgraft::color::{linear_from_srgb, luminance, srgb_from_linear};
+use uvgraft::statistics::median;
 
 /// How much of the light is taken out.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
@@ -108,7 +109,7 @@ const LIGHTEST: f64 = 0.55;
 /// How far skin may be lighter than plain skin, as a share; it shines more in a photograph.
 const SHEEN: f64 = 0.4;
 
-/// Fewest samples.
+/// Fewest samples. Origin not recorded.
 const FEWEST: usize = 200;
 
 impl Light {
@@ -151,14 +152,11 @@ impl Light {
         let above = luminance(even) / self.skin - 1.0;
         let mut factor = (LIGHTEST / self.skin).min(1.0);
         if above > 0.0 {
+            // Slope 1 at plain skin, so that highlights begin without an edge.
             factor *= (1.0 + SHEEN * (above / SHEEN).tanh()) / (1.0 + above);
         }
         even.map(|even| srgb_from_linear((even * factor) as f32))
     }
-}
-
-fn luminance([r, g, b]: [f64; 3]) -> f64 {
-    0.2126 * r + 0.7152 * g + 0.0722 * b
 }
 
 /// Weighted least squares, a few times, with weights that fade with the residual relative to the
@@ -181,6 +179,7 @@ fn fitted(bases: &[Vector], values: &[f64], weights: &[f64]) -> Option<Vector> {
         }
         for k in 0..9 {
             let band = [0, 1, 1, 1, 2, 2, 2, 2, 2][k];
+            // Samples face the camera: without priors, light from behind would be anything.
             matrix[(k, k)] += total * PRIOR[band] + 1e-9;
         }
         found = matrix.cholesky()?.solve(&right);
@@ -189,9 +188,7 @@ fn fitted(bases: &[Vector], values: &[f64], weights: &[f64]) -> Option<Vector> {
             .zip(values)
             .map(|(basis, value)| (basis.dot(&found) - value).abs())
             .collect();
-        let middle = residuals.len() / 2;
-        let scale = *residuals.clone().select_nth_unstable_by(middle, f64::total_cmp).1;
-        let scale = (2.0 * scale).max(1e-4);
+        let scale = (2.0 * median(residuals.iter().copied())?).max(1e-4);
         for (robust, residual) in robust.iter_mut().zip(residuals) {
             *robust = 1.0 / (1.0 + (residual / scale).powi(2));
         }

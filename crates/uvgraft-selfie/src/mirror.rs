@@ -17,10 +17,11 @@ pub(crate) struct Mirror {
 impl Mirror {
     /// Mirrors the surface of a head at its midline.
     pub fn new(head: &Head) -> Self {
-        /// Farthest that a mirror image may be from the surface, in eye distances.
+        /// Farthest that a mirror image may be from the surface, in eye distances. 9 mm where they
+        /// are 63 mm apart.
         const REACH: f64 = 0.15;
         /// The layout is cut where corners are farther apart than this, as a multiple of the
-        /// triangle's own extent.
+        /// triangle's own extent. Origin not recorded.
         const CUT: f32 = 6.0;
         let frame = head.anatomy.frame();
         let index = SurfaceIndex::new(&head.mesh);

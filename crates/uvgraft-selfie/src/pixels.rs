@@ -1,6 +1,7 @@
 //! The pixels of a photograph, all of them or a part.
 
 use uvgraft::Texture;
+use uvgraft::sampler::{Beyond, bilinear};
 
 /// What is kept of a photograph's pixels.
 #[derive(Debug, Clone, Copy)]
@@ -39,30 +40,14 @@ impl<'a> Pixels<'a> {
     }
 
     fn sample(&self, at: [f64; 2]) -> [f32; 3] {
-        let size = self.texture.size();
-        let sides = [size.width, size.height].map(f64::from);
-        let uv = [0, 1].map(|k| ((at[k] - self.offset[k]) * self.scale[k] / sides[k]) as f32);
-        nearest_four(self.texture, uv)
+        color(self.texture, [0, 1].map(|k| (at[k] - self.offset[k]) * self.scale[k]))
     }
 }
 
-/// The bilinear mean of the texels around a UV coordinate.
-pub(crate) fn nearest_four(texture: &Texture, uv: [f32; 2]) -> [f32; 3] {
-    let size = texture.size();
-    let is_grey = !texture.channels().has_color();
-    let (x, y) = (uv[0] * size.width as f32 - 0.5, uv[1] * size.height as f32 - 0.5);
-    let (left, top) = (x.floor(), y.floor());
-    let (fx, fy) = (x - left, y - top);
-    let at = |dx: f32, dy: f32, channel: usize| {
-        let x = (left + dx).clamp(0.0, (size.width - 1) as f32) as u32;
-        let y = (top + dy).clamp(0.0, (size.height - 1) as f32) as u32;
-        texture.get(x, y, if is_grey { 0 } else { channel })
-    };
-    std::array::from_fn(|k| {
-        let above = at(0.0, 0.0, k) * (1.0 - fx) + at(1.0, 0.0, k) * fx;
-        let below = at(0.0, 1.0, k) * (1.0 - fx) + at(1.0, 1.0, k) * fx;
-        above * (1.0 - fy) + below * fy
-    })
+/// The bilinear mean of the texels around a position in texels, whatever their alpha.
+pub(crate) fn color(texture: &Texture, at_px: [f64; 2]) -> [f32; 3] {
+    let channels = if texture.channels().has_color() { [0, 1, 2] } else { [0; 3] };
+    bilinear(texture.size(), at_px, Beyond::Edge, |x, y| channels.map(|k| texture.get(x, y, k)))
 }
 
 #[cfg(test)]

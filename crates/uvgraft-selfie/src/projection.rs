@@ -1,7 +1,7 @@
-//! A photograph carried onto a head's layout, and how well each texel is seen in it.
+//! A photograph projected onto a head's layout, and how well each texel is seen in it.
 //!
 //! The photograph is a layout too: the UV of a vertex is where the camera sees it. So a photograph
-//! is carried by the same transfer as any texture, with filters that follow the footprint and
+//! is transferred as any texture is, with filters that follow the footprint and
 //! padding where the silhouette ends.
 
 use glam::DVec3;
@@ -41,7 +41,7 @@ const FROM_PART: f64 = 0.03;
 /// The same in pixels of the photograph, at least.
 const LEAST_PX: f64 = 1.0;
 
-/// Why a photograph was not carried over.
+/// Why a photograph was not transferred.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum ProjectionError {
@@ -76,7 +76,7 @@ pub struct Projection {
     pub px: Vec<[f32; 2]>,
 }
 
-/// Carries a photograph onto a layout.
+/// Projects a photograph onto a layout.
 ///
 /// - `photo`: of any format.
 /// - `posed`: `[vertices]`, the head as the photograph shows it.
@@ -90,9 +90,9 @@ pub(crate) fn project(
     let seen = Seen::new(head, photo.size(), camera, posed).ok_or(ProjectionError::Outside)?;
     let crop = cropped(photo, seen.crop);
     let narrow: Vec<[f32; 3]> = posed.iter().map(|at| at.as_vec3().to_array()).collect();
-    let vertex_normals = normals(&narrow, head.mesh.faces());
-    let eye = camera.eye();
     let faces = head.mesh.faces();
+    let vertex_normals = normals(&narrow, faces);
+    let eye = camera.eye();
     let is_seen = |face: &usize| {
         let corners = faces[*face].map(|vertex| posed[vertex as usize]);
         let normal = (corners[1] - corners[0]).cross(corners[2] - corners[0]);
@@ -102,26 +102,7 @@ pub(crate) fn project(
     if used.is_empty() {
         return Err(ProjectionError::Outside);
     }
-    let [width, height] = [crop.size().width, crop.size().height].map(f64::from);
-    let uv = seen.projected.iter().map(|&[x, y, _]| {
-        // Vertices far outside are in no triangle that is used.
-        [(x / width).clamp(-8.0, 8.0) as f32, (y / height).clamp(-8.0, 8.0) as f32]
-    });
-    let of_used: Vec<[u32; 3]> = used.iter().map(|&face| faces[face]).collect();
-    let image = Mesh::from_triangles(narrow, uv.collect(), &of_used, &of_used)?;
-    let pieces = (0..).zip(&used).map(|(source, &target)| Piece {
-        target: target as u32,
-        source,
-        extent: Extent::Whole([0, 1, 2]),
-    });
-    let pair = Pair::from_pieces(image, head.mesh.clone(), pieces)?;
-    let sizes = Sizes { from: crop.size(), to: texels.size() };
-    let graft = Graft::builder(pair, sizes).direction(Direction::Forward).gutter_px(0).build()?;
-    let base = Texture::filled(texels.size(), Channels::Rgb, Encoding::Srgb, Depth::U8, &[0.0; 3]);
-    let base = base.map_err(GraftError::from)?;
-    let carried = graft.apply(crop, base)?;
-    let Texels::U8(values) = carried.into_texels() else { unreachable!("both are 8 bits") };
-    let colors = values.as_chunks::<3>().0.to_vec();
+    let colors = colors(head, texels, crop, (&seen, narrow), &used)?;
 
     let mut is_used = vec![false; faces.len()];
     used.iter().for_each(|&face| is_used[face] = true);
@@ -147,6 +128,40 @@ pub(crate) fn project(
     let facing = values.iter().map(|value| value[2]).collect();
     let px = values.iter().map(|&[_, _, _, x, y]| [x, y]).collect();
     Ok(Projection { colors, seen, apart, facing, normals: vertex_normals, px })
+}
+
+/// The colours of a layout's texels, by a transfer from the cropped photograph.
+///
+/// - `positions`: `[vertices]`, of the head as the photograph shows it.
+/// - `used`: the triangles that are seen.
+fn colors(
+    head: &Head,
+    texels: &LayoutTexels,
+    crop: Texture,
+    (seen, positions): (&Seen, Vec<[f32; 3]>),
+    used: &[usize],
+) -> Result<Vec<[u8; 3]>, ProjectionError> {
+    let [width, height] = [crop.size().width, crop.size().height].map(f64::from);
+    let uv = seen.projected.iter().map(|&[x, y, _]| {
+        // Vertices far outside are in no triangle that is used.
+        [(x / width).clamp(-8.0, 8.0) as f32, (y / height).clamp(-8.0, 8.0) as f32]
+    });
+    let of_used: Vec<[u32; 3]> = used.iter().map(|&face| head.mesh.faces()[face]).collect();
+    let image = Mesh::from_triangles(positions, uv.collect(), &of_used, &of_used)?;
+    let pieces = (0..).zip(used).map(|(source, &target)| Piece {
+        target: target as u32,
+        source,
+        extent: Extent::Whole([0, 1, 2]),
+    });
+    let pair = Pair::from_pieces(image, head.mesh.clone(), pieces)?;
+    let sizes = Sizes { from: crop.size(), to: texels.size() };
+    let graft = Graft::builder(pair, sizes).direction(Direction::Forward).gutter_px(0).build()?;
+    let base = Texture::filled(texels.size(), Channels::Rgb, Encoding::Srgb, Depth::U8, &[0.0; 3]);
+    let base = base.map_err(GraftError::from)?;
+    let Texels::U8(values) = graft.apply(crop, base)?.into_texels() else {
+        unreachable!("both are 8 bits")
+    };
+    Ok(values.as_chunks::<3>().0.to_vec())
 }
 
 /// The part of a photograph around the head.

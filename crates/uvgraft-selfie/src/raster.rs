@@ -1,25 +1,13 @@
 //! Fields of values on a layout's texels: blurred, sampled between texels.
 
 use uvgraft::Size;
+use uvgraft::sampler::{Beyond, bilinear};
 use uvgraft::threads::{for_each_chunk, map_indices};
 
-/// The bilinear mean of the four values around a UV coordinate, whose centres are at `+0.5`.
-pub(crate) fn bilinear<const N: usize>(size: Size, values: &[[f32; N]], uv: [f32; 2]) -> [f32; N] {
-    let (width, height) = (size.width as i64, size.height as i64);
-    let (x, y) = (uv[0] * width as f32 - 0.5, uv[1] * height as f32 - 0.5);
-    let (left, top) = (x.floor(), y.floor());
-    let (fx, fy) = (x - left, y - top);
-    let at = |dx: i64, dy: i64| {
-        let x = (left as i64 + dx).clamp(0, width - 1);
-        let y = (top as i64 + dy).clamp(0, height - 1);
-        values[(y * width + x) as usize]
-    };
-    let [a, b, c, d] = [at(0, 0), at(1, 0), at(0, 1), at(1, 1)];
-    std::array::from_fn(|k| {
-        let above = a[k] + (b[k] - a[k]) * fx;
-        let below = c[k] + (d[k] - c[k]) * fx;
-        above + (below - above) * fy
-    })
+/// The bilinear mean of the four values around a UV coordinate; beyond the edge, those there.
+pub(crate) fn sample<const N: usize>(size: Size, values: &[[f32; N]], uv: [f32; 2]) -> [f32; N] {
+    let at_px = [f64::from(uv[0] * size.width as f32), f64::from(uv[1] * size.height as f32)];
+    bilinear(size, at_px, Beyond::Edge, |x, y| values[(y * size.width + x) as usize])
 }
 
 /// A field's means over squares of texels, for what changes slowly.
@@ -81,7 +69,7 @@ impl<const N: usize> Squares<N> {
         let width = self.field.width as usize;
         let (x, y) = ((texel % width) as f32 + 0.5, (texel / width) as f32 + 0.5);
         let uv = [x / self.field.width as f32, y / self.field.height as f32];
-        bilinear(self.size, &self.values, uv)
+        sample(self.size, &self.values, uv)
     }
 }
 
@@ -177,8 +165,8 @@ mod tests {
     fn values_are_sampled_between_centres() {
         let values = [[0.0], [1.0], [2.0], [3.0]];
         let size = Size::square(2);
-        assert_eq!(bilinear(size, &values, [0.25, 0.25]), [0.0]);
-        assert_eq!(bilinear(size, &values, [0.5, 0.5]), [1.5]);
-        assert_eq!(bilinear(size, &values, [2.0, 0.5]), [2.0]);
+        assert_eq!(sample(size, &values, [0.25, 0.25]), [0.0]);
+        assert_eq!(sample(size, &values, [0.5, 0.5]), [1.5]);
+        assert_eq!(sample(size, &values, [2.0, 0.5]), [2.0]);
     }
 }

@@ -9,10 +9,11 @@
 use glam::Vec3;
 use uvgraft::color::lab;
 use uvgraft::easing::smoothstep;
+use uvgraft::statistics::median_color;
 use uvgraft::threads::map_indices;
 use uvgraft::{Area, Label, Labels};
 
-use crate::color_model::{ColorModel, median_color};
+use crate::color_model::ColorModel;
 use crate::head::Head;
 use crate::layout_texels::LayoutTexels;
 use crate::outline::FaceOutlines;

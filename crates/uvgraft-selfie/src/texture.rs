@@ -4,11 +4,11 @@
 use glam::DVec3;
 use uvgraft::easing::smoothstep;
 use uvgraft::labels::{Labeller, Labels};
+use uvgraft::statistics::median_color;
 use uvgraft::threads::map_indices;
 use uvgraft::{Area, Channels, Encoding, LabelError, Size, Texels, Texture, TextureError};
 use uvgraft_avatar::eyes::clean_head;
 
-use crate::color_model::median_color;
 use crate::completion::Completion;
 use crate::fit::{Fit, FittedPhoto};
 use crate::fusion::{Fused, Fusion, Layer};
@@ -40,7 +40,7 @@ impl Default for TextureOptions {
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum SelfieError {
-    /// A photograph cannot be carried over.
+    /// A photograph cannot be transferred.
     #[error(transparent)]
     Projection(#[from] ProjectionError),
     /// What a photograph shows cannot be labelled.

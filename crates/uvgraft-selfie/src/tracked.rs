@@ -2,6 +2,7 @@
 
 use glam::DVec3;
 use uvgraft::correspond::similarity::Similarity;
+use uvgraft::statistics::median;
 
 use crate::camera::Camera;
 use crate::fit::{Fit, FittedPhoto};
@@ -49,12 +50,10 @@ impl Fit {
                 || head.points_of(&head.landmarks, &posed).into_iter().map(|at| camera.project(at));
             let landmarks = photo.landmarks.unwrap_or_else(|| projected().collect());
             assert_eq!(landmarks.len(), head.landmarks.len(), "landmarks of a photograph");
-            let mut distances: Vec<f64> = projected()
+            let distances = projected()
                 .zip(&landmarks)
-                .map(|(at, seen)| (at[0] - seen[0]).hypot(at[1] - seen[1]))
-                .collect();
-            let middle = distances.len() / 2;
-            let residual_px = *distances.select_nth_unstable_by(middle, f64::total_cmp).1;
+                .map(|(at, seen)| (at[0] - seen[0]).hypot(at[1] - seen[1]));
+            let residual_px = median(distances)?;
             Some(FittedPhoto { camera, posed, landmarks, residual_px })
         });
         let photos = fitted.collect::<Option<Vec<FittedPhoto>>>()?;

@@ -1,4 +1,5 @@
-//! Bit sets of small integers: they put the columns of a row in order without sorting.
+//! Bit sets of small integers, which put the columns of a row in order without sorting, and a hash of
+//! integers.
 
 use std::ops::Range;
 
@@ -21,6 +22,15 @@ fn mask(range: &Range<u32>, word: usize) -> u64 {
 #[inline]
 fn touched(range: &Range<u32>) -> Range<usize> {
     range.start as usize / 64..(range.end as usize - 1) / 64 + 1
+}
+
+/// Spreads every bit over all others: the finaliser of SplitMix64 (Steele, Lea and Flood, 2014),
+/// after an increment without which 0 would stay 0.
+pub(crate) fn mixed(value: u64) -> u64 {
+    let value = value.wrapping_add(0x9e37_79b9_7f4a_7c15);
+    let value = (value ^ value >> 30).wrapping_mul(0xbf58_476d_1ce4_e5b9);
+    let value = (value ^ value >> 27).wrapping_mul(0x94d0_49bb_1331_11eb);
+    value ^ value >> 31
 }
 
 /// Adds a number.

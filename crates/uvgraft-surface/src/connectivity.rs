@@ -10,6 +10,7 @@
 
 use std::fmt;
 
+use crate::bits::mixed;
 use crate::islands::weld_corners;
 use crate::mesh::Mesh;
 use crate::surface::Surface;
@@ -175,15 +176,6 @@ fn gather(ring: &[u32], colors: &[u64], around: &mut [u64]) {
         let vertex = ring[k] as usize;
         around[vertex] = around[vertex].wrapping_add(share);
     }
-}
-
-/// Spreads every bit over all others: the finaliser of SplitMix64 (Steele, Lea and Flood, 2014),
-/// after an increment without which 0 would stay 0.
-fn mixed(value: u64) -> u64 {
-    let value = value.wrapping_add(0x9e37_79b9_7f4a_7c15);
-    let value = (value ^ value >> 30).wrapping_mul(0xbf58_476d_1ce4_e5b9);
-    let value = (value ^ value >> 27).wrapping_mul(0x94d0_49bb_1331_11eb);
-    value ^ value >> 31
 }
 
 #[cfg(test)]

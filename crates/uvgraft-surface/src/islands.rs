@@ -158,45 +158,51 @@ fn border(mesh: &Mesh, corners: &[[u32; 3]], count: u32) -> Vec<BoundaryEdge> {
         found
     });
     let of_part = |part: usize| {
-        let edges = found.iter().flat_map(|found| found[part].iter());
-        let mut starts = vec![0_u32; 2 * corners_per_part + 1];
-        for &[side, ..] in edges.clone() {
-            starts[side as usize + 1] += 1;
-        }
-        for side in 0..2 * corners_per_part {
-            starts[side + 1] += starts[side];
-        }
-        let mut next = starts.clone();
-        let mut sorted = vec![(0, 0); starts[2 * corners_per_part] as usize];
-        for &[side, higher, edge] in edges {
-            let place = &mut next[side as usize];
-            sorted[*place as usize] = (higher, edge);
-            *place += 1;
-        }
-        let mut border = Vec::new();
-        let mut sides = [Vec::new(), Vec::new()];
-        for starts in starts.windows(3).step_by(2) {
-            for (side, edges) in sides.iter_mut().enumerate() {
-                edges.clear();
-                edges.extend_from_slice(&sorted[starts[side] as usize..starts[side + 1] as usize]);
-                edges.sort_unstable();
-                // Of several triangles on one side, the first stands for all.
-                edges.dedup_by_key(|edge| edge.0);
-            }
-            for (side, other) in [(0, 1), (1, 0)] {
-                let others = &sides[other];
-                let alone = |edge: &&(u32, u32)| {
-                    others.binary_search_by_key(&edge.0, |other| other.0).is_err()
-                };
-                border.extend(sides[side].iter().filter(alone).map(|&(_, edge)| edge));
-            }
-        }
-        border
+        unpaired(found.iter().flat_map(|found| found[part].iter().copied()), corners_per_part)
     };
     let mut border: Vec<u32> = map_indices(PARTS, of_part).into_iter().flatten().collect();
     border.sort_unstable();
     let place = |edge: u32| BoundaryEdge { face: edge / 3, corner: (edge % 3) as u8 };
     border.into_iter().map(place).collect()
+}
+
+/// The edges of a part that no edge between the same corners lies opposite to.
+///
+/// - `edges`: as [`border`] has them.
+/// - `corners`: number of lower corners of the part.
+fn unpaired(edges: impl Iterator<Item = [u32; 3]> + Clone, corners: usize) -> Vec<u32> {
+    let mut starts = vec![0_u32; 2 * corners + 1];
+    for [side, ..] in edges.clone() {
+        starts[side as usize + 1] += 1;
+    }
+    for side in 0..2 * corners {
+        starts[side + 1] += starts[side];
+    }
+    let mut next = starts.clone();
+    let mut sorted = vec![(0, 0); starts[2 * corners] as usize];
+    for [side, higher, edge] in edges {
+        let place = &mut next[side as usize];
+        sorted[*place as usize] = (higher, edge);
+        *place += 1;
+    }
+    let mut unpaired = Vec::new();
+    let mut sides = [Vec::new(), Vec::new()];
+    for starts in starts.windows(3).step_by(2) {
+        for (side, edges) in sides.iter_mut().enumerate() {
+            edges.clear();
+            edges.extend_from_slice(&sorted[starts[side] as usize..starts[side + 1] as usize]);
+            edges.sort_unstable();
+            // Of several triangles on one side, the first stands for all.
+            edges.dedup_by_key(|edge| edge.0);
+        }
+        for (side, other) in [(0, 1), (1, 0)] {
+            let others = &sides[other];
+            let alone =
+                |edge: &&(u32, u32)| others.binary_search_by_key(&edge.0, |other| other.0).is_err();
+            unpaired.extend(sides[side].iter().filter(alone).map(|&(_, edge)| edge));
+        }
+    }
+    unpaired
 }
 
 #[cfg(test)]

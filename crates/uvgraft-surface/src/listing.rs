@@ -1,4 +1,4 @@
-//! Lists in messages, which files may make long.
+//! Lists in messages, which files may make long, and large numbers.
 
 use std::fmt::Display;
 
@@ -14,6 +14,19 @@ pub fn listed<T: Display>(items: impl IntoIterator<Item = T>) -> String {
         0 => shown,
         more => format!("{shown} and {more} more"),
     }
+}
+
+/// A number with its digits in groups of three: `1,234`.
+pub fn grouped(count: u64) -> String {
+    let digits = count.to_string();
+    let mut text = String::new();
+    for (index, digit) in digits.chars().enumerate() {
+        if index > 0 && (digits.len() - index).is_multiple_of(3) {
+            text.push(',');
+        }
+        text.push(digit);
+    }
+    text
 }
 
 #[cfg(test)]

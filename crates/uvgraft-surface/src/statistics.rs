@@ -1,9 +1,12 @@
-//! Colour statistics transfer: gives one set of colours the mean and covariance of another.
+//! Order statistics, and colour statistics transfer: gives one set of colours the mean and covariance
+//! of another.
 //!
 //! Of all affine maps that do so, this one moves the colours least: the linear Monge-Kantorovich
 //! map (Pitié and Kokaram, "The linear Monge-Kantorovitch linear colour mapping for example-based
 //! colour transfer", CVMP 2007). Its matrix is symmetric positive definite: it scales colours along
 //! three orthogonal axes and never rotates them around their mean.
+
+use std::cmp::Ordering;
 
 use nalgebra::{Matrix3, SymmetricEigen, Vector3};
 
@@ -33,6 +36,7 @@ impl ColorMatch {
     /// contrast would vanish; above, 8-bit quantisation noise would show as blotches.
     pub const GAIN: [f64; 2] = [0.5, 2.0];
     /// Limits of the gain in [`ColorMatch::keeping_contrast`], on top of the ratio of the means.
+    /// Origin not recorded.
     pub const CONTRAST: [f64; 2] = [0.87, 1.15];
     /// With fewer finite samples on either side, only the mean is matched: a covariance estimated
     /// from `n` samples has a relative error of about `√(2/n)`, a third at this count.
@@ -67,13 +71,7 @@ impl ColorMatch {
         } else {
             stretch(&from.covariance, &to.covariance).unwrap_or_else(Matrix3::identity)
         };
-        let offset = to.mean - matrix * from.mean;
-        Ok(Self {
-            matrix: std::array::from_fn(|row| {
-                std::array::from_fn(|column| matrix[(row, column)] as f32)
-            }),
-            offset: std::array::from_fn(|channel| offset[channel] as f32),
-        })
+        Ok(Self::between(&from.mean, &to.mean, &matrix))
     }
 
     /// The transform that maps the mean of `source` to that of `base` by a ratio per channel, as
@@ -101,13 +99,18 @@ impl ColorMatch {
         let [least, most] = Self::CONTRAST;
         let bounded = spectral(inverse * matrix * inverse, |gain| gain.clamp(least, most));
         let matrix = scale * bounded.unwrap_or_else(Matrix3::identity) * scale;
-        let offset = to.mean - matrix * from.mean;
-        Ok(Self {
+        Ok(Self::between(&from.mean, &to.mean, &matrix))
+    }
+
+    /// The transform with this linear part that maps one colour to another.
+    fn between(from: &Vector3<f64>, to: &Vector3<f64>, matrix: &Matrix3<f64>) -> Self {
+        let offset = to - matrix * from;
+        Self {
             matrix: std::array::from_fn(|row| {
                 std::array::from_fn(|column| matrix[(row, column)] as f32)
             }),
             offset: std::array::from_fn(|channel| offset[channel] as f32),
-        })
+        }
     }
 
     /// Transforms a colour. Not clamped: results near black and white may leave `0.0..=1.0`.
@@ -197,10 +200,11 @@ impl Gaussian {
         }
         // Median and median absolute deviation tolerate up to half of the points being outliers.
         let along = |axis: usize| points.iter().map(move |point| point[axis]);
-        let median = Vector3::from_fn(|axis, _| quantile(along(axis).collect(), 0.5));
+        let middle = |values: &mut dyn Iterator<Item = f64>| quantile(values, 0.5).unwrap_or(0.0);
+        let median = Vector3::from_fn(|axis, _| middle(&mut along(axis)));
         let scale = Vector3::from_fn(|axis, _| {
-            let deviations = along(axis).map(|value| (value - median[axis]).abs()).collect();
-            quantile(deviations, 0.5) + NOISE.sqrt()
+            let mut deviations = along(axis).map(|value| (value - median[axis]).abs());
+            middle(&mut deviations) + NOISE.sqrt()
         });
         let distance = |point: &Vector3<f64>| (point - median).component_div(&scale).norm_squared();
         let mut moments = nearest(&points, 0.5, distance);
@@ -222,19 +226,73 @@ fn nearest(
     share: f64,
     distance: impl Fn(&Vector3<f64>) -> f64,
 ) -> (Vector3<f64>, Matrix3<f64>) {
-    let farthest = quantile(points.iter().map(&distance).collect(), share);
+    let farthest = quantile(points.iter().map(&distance), share).unwrap_or(0.0);
     // Distances that differ only by rounding of 32-bit colours count as ties.
     let farthest = farthest * (1.0 + 1e-6);
     moments(points.iter().map(|point| (*point, f64::from(distance(point) <= farthest))))
 }
 
-/// The value that a fraction `share` of all values is at or below.
+/// Numbers of a total order, as [`order_statistic`] needs it: `f32` and `f64` by their `total_cmp`.
+pub trait TotalOrder: Copy {
+    /// `total_cmp` of the type.
+    fn total_cmp(&self, other: &Self) -> Ordering;
+}
+
+impl TotalOrder for f32 {
+    fn total_cmp(&self, other: &Self) -> Ordering {
+        self.total_cmp(other)
+    }
+}
+
+impl TotalOrder for f64 {
+    fn total_cmp(&self, other: &Self) -> Ordering {
+        self.total_cmp(other)
+    }
+}
+
+/// The value at a rank in ascending order; `None` of no values.
+///
+/// - `rank`: of the number of values, which is at least 1; below it.
+///
+/// No values are left out: NaN counts as greater than infinity, or less than minus infinity if its
+/// sign bit is set.
 ///
 /// # Panics
-/// If `values` is empty.
-pub fn quantile(mut values: Vec<f64>, share: f64) -> f64 {
-    let rank = ((values.len() - 1) as f64 * share) as usize;
-    *values.select_nth_unstable_by(rank, f64::total_cmp).1
+/// If the rank is not below the number of values.
+pub fn order_statistic<T: TotalOrder>(
+    values: impl IntoIterator<Item = T>,
+    rank: impl FnOnce(usize) -> usize,
+) -> Option<T> {
+    let mut values: Vec<T> = values.into_iter().collect();
+    let rank = if values.is_empty() { return None } else { rank(values.len()) };
+    Some(*values.select_nth_unstable_by(rank, T::total_cmp).1)
+}
+
+/// The median, of an even number of values the upper of the two in the middle; `None` of no values.
+///
+/// It always is one of the values, which a mean of two is not: of labels or distances in steps that
+/// would be a number that occurs nowhere. NaN is sorted as in [`order_statistic`].
+pub fn median<T: TotalOrder>(values: impl IntoIterator<Item = T>) -> Option<T> {
+    order_statistic(values, |count| count / 2)
+}
+
+/// The [`median`] of each channel, so a colour that may not be among those given; `None` of no colours.
+pub fn median_color<T: TotalOrder, const N: usize>(
+    colors: impl IntoIterator<Item = [T; N]>,
+) -> Option<[T; N]> {
+    let colors: Vec<[T; N]> = colors.into_iter().collect();
+    let first = *colors.first()?;
+    let channel = |k: usize| median(colors.iter().map(|color| color[k])).unwrap_or(first[k]);
+    Some(std::array::from_fn(channel))
+}
+
+/// The largest value among the lowest fraction `share` of all, at least the lowest value; `None` of no
+/// values. At one half, it is the lower of two values in the middle, unlike the [`median`]. NaN is
+/// sorted as in [`order_statistic`].
+///
+/// - `share`: 0 to 1.
+pub fn quantile<T: TotalOrder>(values: impl IntoIterator<Item = T>, share: f64) -> Option<T> {
+    order_statistic(values, |count| ((count - 1) as f64 * share) as usize)
 }
 
 /// Mean and covariance of weighted points; zero if all weights are.
@@ -258,6 +316,28 @@ pub fn moments(
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn medians_of_even_counts_are_the_upper_of_two() {
+        assert_eq!(median([3.0, 1.0, 2.0]), Some(2.0));
+        assert_eq!(median([4.0_f32, 1.0, 2.0, 3.0]), Some(3.0));
+        assert_eq!(median::<f64>([]), None);
+        // NaN is the largest of all.
+        assert_eq!(median([f64::NAN, 1.0, 2.0]), Some(2.0));
+        assert_eq!(median([-f64::NAN, 1.0, 2.0]), Some(1.0));
+        let colors = [[1.0, 9.0], [2.0, 8.0], [3.0, 7.0]];
+        assert_eq!(median_color(colors), Some([2.0, 8.0]));
+        assert_eq!(median_color::<f32, 3>([]), None);
+    }
+
+    #[test]
+    fn quantiles_are_values() {
+        let values = [4.0, 1.0, 3.0, 2.0];
+        let found = [0.0, 0.5, 0.99, 1.0].map(|share| quantile(values, share));
+        assert_eq!(found, [1.0, 2.0, 3.0, 4.0].map(Some));
+        assert_eq!(quantile::<f32>([], 0.5), None);
+        assert_eq!(order_statistic(values, |count| count * 9 / 10), Some(4.0));
+    }
 
     /// Normally distributed colours, `mean + mix · z`.
     fn cloud(mean: [f32; 3], mix: [[f32; 3]; 3], count: usize, seed: u64) -> Vec<[f32; 3]> {

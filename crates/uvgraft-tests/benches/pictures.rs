@@ -3,7 +3,7 @@
 use criterion::{Criterion, Throughput, criterion_group, criterion_main};
 use uvgraft::Size;
 use uvgraft_figure::{Figure, paint_body};
-use uvgraft_gltf::glb::{self, AvatarMaterial, Export, Picture, PictureFormat};
+use uvgraft_gltf::glb::{self, AvatarMaterial, EmbeddedFormat, EmbeddedImage, Export};
 use uvgraft_gltf::scene::{PoseRequest, PosedPrimitive, Scene};
 use uvgraft_render::{Bounds, Perspective, RenderOptions, Renderer};
 
@@ -11,7 +11,7 @@ use uvgraft_render::{Bounds, Perspective, RenderOptions, Renderer};
 fn scene() -> Scene {
     let figure = Figure::new();
     let texture = paint_body(&figure, Size::square(2048));
-    let picture = Picture::encode(texture, PictureFormat::Png, 90).expect("a sound texture");
+    let picture = EmbeddedImage::encode(texture, EmbeddedFormat::Png, 90).expect("a sound texture");
     let materials = [AvatarMaterial::new(picture)];
     let file = glb::write(&figure.avatar(), &materials, &Export::default());
     Scene::read(&file.expect("a sound avatar").bytes).expect("a sound file")

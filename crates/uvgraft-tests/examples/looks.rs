@@ -53,7 +53,7 @@ fn main() -> ExitCode {
     let mut cells = Vec::new();
     for face in &faces {
         let bench = &benches[face.pair];
-        let carried = face.truth.as_ref().map(|truth| bench.carry(truth));
+        let transferred = face.truth.as_ref().map(|truth| bench.transfer(truth));
         if let Some(truth) = &face.truth {
             let found = uvgraft::Labels::new(pairs[face.pair].source(), &face.texture);
             match found {
@@ -68,7 +68,7 @@ fn main() -> ExitCode {
         for body in &bodies {
             for (tone, name) in [(Tone::Base, "base"), (Tone::Source, "source")] {
                 let Outcome { paste, result, figures } =
-                    transfer(&pairs[face.pair], bench, face, carried.as_ref(), body, tone);
+                    transfer(&pairs[face.pair], bench, face, transferred.as_ref(), body, tone);
                 println!("{:<28} {:<14} {name:<6} {figures}", face.name, body.name);
                 if arguments.sheet.is_some() {
                     if tone == Tone::Base {

@@ -6,7 +6,7 @@
 use std::collections::HashMap;
 
 use serde::Deserialize;
-use uvgraft_avatar::body::{BodyKind, BodyModel, BodyPose, Shape, Side};
+use uvgraft_avatar::body::{BodyKind, BodyModel, BodyPose, Hand, Shape};
 use uvgraft_io::arrays::{NamedArrays, NumericArray};
 
 use crate::pictures::hashed;
@@ -235,7 +235,7 @@ pub fn pose(kind: BodyKind, seed: u32) -> BodyPose {
 pub fn posed_hands(model: &BodyModel, case: &Case) -> BodyPose {
     let mut pose = pose(model.kind(), case.seed);
     if let Some(count) = case.hand_components {
-        for (side, second) in [(Side::Left, 0), (Side::Right, 1)] {
+        for (side, second) in [(Hand::Left, 0), (Hand::Right, 1)] {
             let value = |at| between(at, FINGERS, case.seed, second, 1000, 1000.0);
             let coefficients: Vec<f32> = (0..count).map(value).collect();
             pose = pose.with_hand(model, side, &coefficients).expect("as many components");

@@ -38,7 +38,7 @@ impl GltfTransform {
     pub fn run(&self, command: &str, from: &Path, to: &Path) {
         let output = Command::new("node").arg(&self.script).arg(command).args([from, to]).output();
         let output = output.expect("node, which was there before");
-        let told = String::from_utf8_lossy(&output.stderr);
-        assert!(output.status.success() && to.is_file(), "{command}: {told}");
+        let reported = String::from_utf8_lossy(&output.stderr);
+        assert!(output.status.success() && to.is_file(), "{command}: {reported}");
     }
 }

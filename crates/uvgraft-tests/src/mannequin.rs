@@ -7,7 +7,7 @@ use uvgraft_avatar::rig::{
     Clip, Expression, ExpressionPreset, HumanBone, Joint, Morph, Pose, Skeleton, Skin,
 };
 use uvgraft_gltf::glb::{
-    AvatarMaterial, Export, Permissions, Picture, PictureFormat, VrmMeta, write,
+    AvatarMaterial, EmbeddedFormat, EmbeddedImage, Export, Permissions, VrmMeta, write,
 };
 
 /// Bone, joint name, index of its parent, start and end of its box, half the box's width; in
@@ -131,7 +131,7 @@ pub fn color(number: usize) -> [u8; 3] {
 }
 
 /// The texture with all colours, as PNG.
-pub fn texture() -> Picture {
+pub fn texture() -> EmbeddedImage {
     let side = CELLS * CELL;
     let texels = (0..side * side).flat_map(|at| {
         let (x, y) = (at % side, at / side);
@@ -141,15 +141,15 @@ pub fn texture() -> Picture {
 }
 
 /// A texture of a single colour, as PNG.
-pub fn plain(color: [u8; 3]) -> Picture {
+pub fn plain(color: [u8; 3]) -> EmbeddedImage {
     encoded(8, color.repeat(64))
 }
 
-fn encoded(side: u32, values: Vec<u8>) -> Picture {
+fn encoded(side: u32, values: Vec<u8>) -> EmbeddedImage {
     let size = Size { width: side, height: side };
     let texture = Texture::new(size, Channels::Rgb, Encoding::Srgb, Texels::U8(values));
     let texture = texture.expect("as many values as the size says");
-    Picture::encode(texture, PictureFormat::Png, 90).expect("a small PNG")
+    EmbeddedImage::encode(texture, EmbeddedFormat::Png, 90).expect("a small PNG")
 }
 
 /// The figure as a GLB or VRM file.

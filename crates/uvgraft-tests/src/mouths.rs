@@ -9,7 +9,7 @@ use uvgraft_avatar::body::{BodyModel, Shape};
 use uvgraft_avatar::mouth::Mouth;
 use uvgraft_avatar::rig::{HumanBone, Morph, Pose};
 use uvgraft_figure::Figure;
-use uvgraft_gltf::glb::{self, AvatarMaterial, Export, Picture, PictureFormat};
+use uvgraft_gltf::glb::{self, AvatarMaterial, EmbeddedFormat, EmbeddedImage, Export};
 use uvgraft_gltf::scene::{PoseRequest, Scene};
 use uvgraft_render::{Background, Perspective, RenderOptions, Renderer};
 
@@ -177,7 +177,7 @@ fn camera(target: [f32; 3], view: u16) -> Perspective {
 fn scene(avatar: &Avatar, double_sided: bool) -> Scene {
     let grey =
         Texture::filled(Size::square(4), Channels::Rgb, Encoding::Srgb, Depth::U8, &[0.5; 3]);
-    let picture = Picture::encode(grey.expect("a small texture"), PictureFormat::Png, 90);
+    let picture = EmbeddedImage::encode(grey.expect("a small texture"), EmbeddedFormat::Png, 90);
     let looks = AvatarMaterial { double_sided, ..AvatarMaterial::new(picture.expect("a picture")) };
     let file = glb::write(avatar, &looks, &Export::default()).expect("a sound avatar");
     Scene::read(&file.bytes).expect("a file of ours")

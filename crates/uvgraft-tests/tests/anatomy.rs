@@ -88,7 +88,7 @@ fn real_heads_and_bodies() {
 }
 
 #[test]
-fn bodies_are_told_from_heads_by_shape() {
+fn bodies_are_reported_from_heads_by_shape() {
     let figure = Figure::new();
     let body = &figure.body;
     let anatomy = Anatomy::find(body).unwrap();

@@ -6,7 +6,7 @@ use std::collections::BTreeMap;
 use std::io::Cursor;
 
 use uvgraft::Mesh;
-use uvgraft_avatar::body::{BodyError, BodyKind, BodyModel, BodyPose, Gender, Shape, Side};
+use uvgraft_avatar::body::{BodyError, BodyKind, BodyModel, BodyPose, Gender, Hand, Shape};
 use uvgraft_avatar::motion::{ClipOptions, GroundMode, Motion, MotionError, UpAxis};
 use uvgraft_avatar::rig::{ExpressionPreset, HumanBone, Pose};
 use uvgraft_io::arrays::{self, NamedArrays, NumericArray};
@@ -149,17 +149,17 @@ fn at_rest_a_template_stays_and_its_joints_are_between_its_vertices() {
 fn hands_are_posed_by_components() {
     let arrays = bodies::synthetic_model(BodyKind::SmplH);
     let model = BodyModel::from_arrays(&arrays).unwrap();
-    assert_eq!([Side::Left, Side::Right].map(|side| model.hand_components(side)), [45, 45]);
+    assert_eq!([Hand::Left, Hand::Right].map(|side| model.hand_components(side)), [45, 45]);
     let components = arrays.get("hands_componentsr").unwrap().f32s();
-    let turns = model.hand_turns(Side::Right, &[2.0, 0.0, -1.0]).unwrap();
+    let turns = model.hand_turns(Hand::Right, &[2.0, 0.0, -1.0]).unwrap();
     assert!((turns[1][2] - (2.0 * components[5] - components[2 * 45 + 5])).abs() < 1e-6);
-    let pose = BodyPose::rest(&model).with_hand(&model, Side::Right, &[2.0, 0.0, -1.0]).unwrap();
+    let pose = BodyPose::rest(&model).with_hand(&model, Hand::Right, &[2.0, 0.0, -1.0]).unwrap();
     let pose = pose.with_hand_means(&model).unwrap();
-    let mean = model.hand_mean(Side::Right).unwrap();
+    let mean = model.hand_mean(Hand::Right).unwrap();
     assert_eq!(pose.turns[37 + 1][2], turns[1][2] + mean[1][2]);
-    assert_eq!(pose.turns[22], model.hand_mean(Side::Left).unwrap()[0]);
+    assert_eq!(pose.turns[22], model.hand_mean(Hand::Left).unwrap()[0]);
     assert_eq!(pose.turns[21], [0.0; 3]);
-    let error = model.hand_turns(Side::Left, &[0.0; 46]).unwrap_err().to_string();
+    let error = model.hand_turns(Hand::Left, &[0.0; 46]).unwrap_err().to_string();
     assert_eq!(error, "this SMPL-H model takes at most 45 hand components, got 46");
     let mut short = BodyPose::rest(&model);
     short.turns.pop();
@@ -276,8 +276,8 @@ fn components_are_morphs_where_no_face_can_be_measured() {
     let model = model(BodyKind::SmplX);
     let shaped = model.shaped(&bodies::shape(1, 10, 0)).unwrap();
     let mut avatar = shaped.avatar(mesh(&model)).unwrap();
-    let told = shaped.add_expressions(&mut avatar).unwrap();
-    assert!(told.unmeasured.is_some());
+    let reported = shaped.add_expressions(&mut avatar).unwrap();
+    assert!(reported.unmeasured.is_some());
     let names: Vec<&str> = avatar.morphs.iter().map(|morph| morph.name.as_str()).take(11).collect();
     assert_eq!((names[0], names[9], names[10]), ("expression_00", "expression_09", "jaw_open"));
     // A weight of 1 is a coefficient of 1, except for the joints that move with it.

@@ -12,7 +12,7 @@ use uvgraft::Texels;
 use uvgraft_avatar::rig::Pose;
 use uvgraft_tests::browser::Browser;
 use uvgraft_tests::mannequin;
-use uvgraft_viewer::{Glb, PAGE, Page, Picture, Template};
+use uvgraft_viewer::{Glb, PAGE, Page, Template, WebImage};
 
 /// Joint positions are sums and products of a few numbers below 2 in 32 bits, and rotations in
 /// files are rounded to 1e-7.
@@ -180,7 +180,8 @@ fn page(folder: &TempDir, is_vrm: bool, name: &str) -> Option<PathBuf> {
     let model = mannequin::file(is_vrm);
     let (red, green) = (mannequin::plain([200, 40, 30]), mannequin::plain([30, 160, 60]));
     let pictures = [(name, red), ("green", green)];
-    let textures = pictures.iter().map(|(name, file)| (*name, Picture::new(file.bytes()).unwrap()));
+    let textures =
+        pictures.iter().map(|(name, file)| (*name, WebImage::new(file.bytes()).unwrap()));
     let page = Page {
         name,
         model: Glb::new(&model).unwrap(),

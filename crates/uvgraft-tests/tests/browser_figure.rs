@@ -11,7 +11,7 @@ use uvgraft_avatar::Avatar;
 use uvgraft_avatar::rig::HumanBone;
 use uvgraft_figure::{Figure, paint_body};
 use uvgraft_gltf::glb::{
-    AvatarMaterial, Export, Permissions, Picture, PictureFormat, VrmMeta, write,
+    AvatarMaterial, EmbeddedFormat, EmbeddedImage, Export, Permissions, VrmMeta, write,
 };
 use uvgraft_gltf::scene::{PoseRequest, Scene};
 use uvgraft_metrics::{Colors, ssim};
@@ -45,7 +45,7 @@ fn file(avatar: &Avatar, is_vrm: bool) -> Vec<u8> {
     let color = paint_body(&Figure::new(), Size::new(1024, 1024));
     let meta = || VrmMeta::new("figure", vec!["uvgraft".to_owned()], Permissions::EVERYONE);
     let export = Export { vrm: is_vrm.then(meta), ..Export::default() };
-    let color = Picture::encode(color, PictureFormat::Png, 90).unwrap();
+    let color = EmbeddedImage::encode(color, EmbeddedFormat::Png, 90).unwrap();
     write(avatar, &AvatarMaterial::new(color), &export).unwrap().bytes
 }
 

@@ -8,15 +8,16 @@ use uvgraft::{Channels, Depth, Encoding, Size, Texture};
 use uvgraft_avatar::Avatar;
 use uvgraft_figure::{Figure, paint_body};
 use uvgraft_gltf::glb::{
-    AvatarMaterial, Export, Permissions, Picture, PictureFormat, ShadingModel, VrmMeta, write,
+    AvatarMaterial, EmbeddedFormat, EmbeddedImage, Export, Permissions, ShadingModel, VrmMeta,
+    write,
 };
 use uvgraft_tests::browser::Browser;
 
-fn flat() -> Picture {
+fn flat() -> EmbeddedImage {
     let up = [0.5, 0.5, 1.0];
     let texture =
         Texture::filled(Size::square(16), Channels::Rgb, Encoding::Data, Depth::U8, &up).unwrap();
-    Picture::encode(texture, PictureFormat::Png, 90).unwrap()
+    EmbeddedImage::encode(texture, EmbeddedFormat::Png, 90).unwrap()
 }
 
 /// The avatar with a second material for its upper triangles.
@@ -45,7 +46,7 @@ fn all_styles_are_drawn() {
     let Some(browser) = Browser::find() else { return };
     let figure = Figure::new();
     let (avatar, color) = (figure.avatar(), paint_body(&figure, Size::square(512)));
-    let color = Picture::encode(color, PictureFormat::Png, 90).unwrap();
+    let color = EmbeddedImage::encode(color, EmbeddedFormat::Png, 90).unwrap();
     let meta = VrmMeta::new("figure", vec!["uvgraft".to_owned()], Permissions::EVERYONE);
     for style in [ShadingModel::Pbr, ShadingModel::MToon, ShadingModel::Unlit] {
         for (normal, is_divided) in [(None, false), (Some(flat()), true)] {

@@ -8,7 +8,7 @@ use uvgraft_avatar::body::{BodyModel, Shape};
 use uvgraft_avatar::mouth::Mouth;
 use uvgraft_figure::Figure;
 use uvgraft_gltf::glb::{
-    self, AvatarMaterial, Export, Permissions, Picture, PictureFormat, VrmMeta,
+    self, AvatarMaterial, EmbeddedFormat, EmbeddedImage, Export, Permissions, VrmMeta,
 };
 use uvgraft_tests::clients::{Client, Loaded};
 use uvgraft_tests::made_up::{self, Entanglement};
@@ -31,7 +31,7 @@ fn load(client: Client, avatar: &Avatar, is_vrm: bool) -> Loaded {
     let skin = [0.7, 0.5, 0.4];
     let color =
         Texture::filled(Size::square(64), Channels::Rgb, Encoding::Srgb, Depth::U8, &skin).unwrap();
-    let looks = AvatarMaterial::new(Picture::encode(color, PictureFormat::Png, 90).unwrap());
+    let looks = AvatarMaterial::new(EmbeddedImage::encode(color, EmbeddedFormat::Png, 90).unwrap());
     let meta = VrmMeta::new("somebody", vec!["somebody".to_owned()], Permissions::ONLY_AUTHOR);
     let export = Export { vrm: is_vrm.then_some(meta), ..Export::default() };
     let written = glb::write(avatar, &looks, &export).unwrap();

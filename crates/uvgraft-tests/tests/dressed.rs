@@ -4,7 +4,7 @@ use std::collections::HashMap;
 
 use glam::{DMat3, DVec3};
 use uvgraft::correspond::surface::{SurfaceError, SurfaceReport};
-use uvgraft::correspond::{By, FindOptions, Method, Refusal, find};
+use uvgraft::correspond::{By, FindOptions, Method, MethodFailure, find};
 use uvgraft::{Anatomy, AnatomyError, Area, HeadFrame, Mesh, Pair};
 use uvgraft_figure::Figure;
 use uvgraft_tests::dressed::{Extra, dressed};
@@ -243,27 +243,31 @@ fn turned(source: &Mesh, target: &Mesh, axis: usize, degrees: f64) -> FindOption
 #[test]
 fn what_was_laid_wrongly_on_a_face_is_refused() {
     let [source, target] = coarse();
-    let mut told = 0;
+    let mut reported = 0;
     for (axis, degrees) in [(0, 60.0), (0, 180.0), (2, 90.0)] {
         let error = find(source.clone(), target.clone(), &turned(&source, &target, axis, degrees));
         let error = error.expect_err("a head that is turned");
-        let Refusal::Surface(error) = &error.0[0] else { panic!("{error}") };
+        let MethodFailure::Surface(error) = &error.0[0] else { panic!("{error}") };
         // A face that looks the other way may have nothing on it at all.
         match error {
-            SurfaceError::Turned { most, .. } => told += usize::from(*most == 20.0),
+            SurfaceError::Turned { most, .. } => reported += usize::from(*most == 20.0),
             SurfaceError::Nothing => {}
             error => panic!("axis {axis}, {degrees}°: {error}"),
         }
     }
-    assert!(told > 0);
+    assert!(reported > 0);
     // What is turned by half fits, so that it is linked, and told.
     for (axis, degrees) in [(1, 0.0), (1, 25.0), (1, 180.0), (2, 180.0)] {
         let found = find(source.clone(), target.clone(), &turned(&source, &target, axis, degrees));
         let found = found.expect("surfaces that fit");
         let report = found.method.registered().expect("a registration");
-        let told = report.heads_turned.expect("two heads");
-        assert!((told - degrees).abs() < 15.0, "axis {axis}, {degrees}°: {told}");
-        assert_eq!(report.warning().is_some(), degrees > 90.0, "axis {axis}, {degrees}°: {told}");
+        let reported = report.heads_turned.expect("two heads");
+        assert!((reported - degrees).abs() < 15.0, "axis {axis}, {degrees}°: {reported}");
+        assert_eq!(
+            report.warning().is_some(),
+            degrees > 90.0,
+            "axis {axis}, {degrees}°: {reported}"
+        );
     }
 }
 

@@ -186,8 +186,8 @@ fn outlines_run_along_edges_and_mirror_each_other() {
     let Some(networks) = &*NETWORKS else { return };
     let face = networks.canonical();
     assert_eq!((face.positions.len(), face.triangles.len()), (468, 898));
-    for (landmark, &mate) in face.mates.iter().enumerate() {
-        assert_eq!(face.mates[mate], landmark);
+    for (landmark, &mirror_partner) in face.mirror_partners.iter().enumerate() {
+        assert_eq!(face.mirror_partners[mirror_partner], landmark);
     }
     let is_edge = |a: usize, b: usize| {
         let has = |triangle: &[u32; 3], at: usize| triangle.contains(&u32::try_from(at).unwrap());
@@ -211,16 +211,16 @@ fn outlines_run_along_edges_and_mirror_each_other() {
         }
     }
     for (right, left) in [(outlines[0], outlines[1]), (outlines[2], outlines[3])] {
-        assert!(right.iter().zip(left).all(|(&right, &left)| face.mates[right] == left));
+        assert!(right.iter().zip(left).all(|(&right, &left)| face.mirror_partners[right] == left));
         assert!(right.iter().all(|&right| face.positions[right][0] < 0.0));
     }
     for outline in &outlines[4..] {
-        assert!(outline.iter().all(|&at| outline.contains(&face.mates[at])));
+        assert!(outline.iter().all(|&at| outline.contains(&face.mirror_partners[at])));
     }
     for middle in [regions::NOSE_TIP, regions::CHIN, regions::FOREHEAD] {
-        assert_eq!(face.mates[middle], middle);
+        assert_eq!(face.mirror_partners[middle], middle);
     }
-    assert!(regions::NOSE_RIDGE.iter().all(|&at| face.mates[at] == at));
+    assert!(regions::NOSE_RIDGE.iter().all(|&at| face.mirror_partners[at] == at));
     let height = |at: usize| face.positions[at][1];
     assert!(height(regions::FOREHEAD) > height(regions::RIGHT_EYE_OUTER));
     assert!(height(regions::RIGHT_EYE[4]) < height(regions::RIGHT_EYE[12]));

@@ -19,7 +19,7 @@ const MIRROR_M: f32 = 1.0 * MM;
 struct Performer {
     avatar: Avatar,
     face: Face,
-    told: ExpressionReport,
+    reported: ExpressionReport,
 }
 
 impl Performer {
@@ -27,10 +27,10 @@ impl Performer {
         let model = BodyModel::from_arrays(&made.arrays).unwrap();
         let shaped = model.shaped(shape).unwrap();
         let mut avatar = shaped.avatar(made.mesh.clone()).unwrap();
-        let told = shaped.add_expressions(&mut avatar).unwrap();
+        let reported = shaped.add_expressions(&mut avatar).unwrap();
         avatar.check().unwrap();
         let face = Face::find(&avatar.mesh).unwrap();
-        Self { avatar, face, told }
+        Self { avatar, face, reported }
     }
 
     fn has(&self, preset: Preset) -> bool {
@@ -122,7 +122,7 @@ fn able() -> Vec<(String, Performer)> {
 #[test]
 fn expressions_do_what_they_are_named_after() {
     for (name, person) in able() {
-        assert!(person.told.shortfalls.is_empty(), "{name}: {:?}", person.told);
+        assert!(person.reported.shortfalls.is_empty(), "{name}: {:?}", person.reported);
         let gap = person.face.measure(person.avatar.mesh.positions()).lid_gap;
         for (side, preset) in [(0, Preset::BlinkLeft), (1, Preset::BlinkRight)] {
             let change = person.change(preset);
@@ -207,8 +207,13 @@ fn impossible_expressions_are_reported_and_left_out() {
         let person = Performer::new(&made, &Shape::default());
         for preset in [Preset::BlinkLeft, Preset::BlinkRight] {
             assert!(!person.has(preset));
-            let told = person.told.shortfalls.iter().find(|told| told.preset == preset).unwrap();
-            assert!(told.is_left_out);
+            let reported = person
+                .reported
+                .shortfalls
+                .iter()
+                .find(|reported| reported.preset == preset)
+                .unwrap();
+            assert!(reported.is_left_out);
         }
         assert!(!person.has(Preset::Blink));
         assert!(person.has(Preset::Happy) && person.has(Preset::Aa));

@@ -45,7 +45,7 @@ fn fitted(
 
 fn ignore(_: FitProgress) {}
 
-/// Root mean square difference over the texels carried back; 1.0 from black to white.
+/// Root mean square difference over the texels transferred back; 1.0 from black to white.
 fn rms_back(pair: &Arc<Pair>, filter: Filter, carried: &Texture, original: &Texture) -> f64 {
     let back = Graft::builder(Arc::clone(pair), Sizes { from: TARGET, to: SOURCE })
         .filter(filter)

@@ -147,7 +147,7 @@ fn region_of_pieces_that_fill_no_triangle() {
         Texels::U8(values) => values.iter().filter(|&&value| value == 255).count(),
         _ => unreachable!("masks have 8 bits"),
     };
-    // Cut surfaces omit slivers; the rest is carried.
+    // Cut surfaces omit slivers; the rest is transferred.
     let most = blended(0.999).unwrap().mask();
     assert!(white(&most) * 100 >= white(&whole) * 98 && white(&most) <= white(&whole));
     assert!(builder(&shrunk(0.9)).build().is_ok());
@@ -239,7 +239,7 @@ fn unsolvable_fits() {
 
 #[test]
 fn tones_without_a_boundary() {
-    // The whole surface is carried, so there is nothing around it to take a tone from.
+    // The whole surface is transferred, so there is nothing around it to take a tone from.
     let pair = synthetic::turned_charts();
     let graft = builder(&pair).blend(BlendOptions::default().membrane()).build().unwrap();
     let (texture, base) = (filled(FROM, Channels::Rgb), filled(TO, Channels::Rgb));

@@ -57,14 +57,14 @@ fn faces_look_like_themselves_on_every_body() {
     let mut missed = Vec::new();
     for (index, face) in faces.iter().enumerate() {
         let bench = &benches[face.pair];
-        let carried = face.truth.as_ref().map(|truth| bench.carry(truth));
+        let transferred = face.truth.as_ref().map(|truth| bench.transfer(truth));
         for k in 0..BODIES_A_FACE.min(bodies.len()) {
             let body: &Subject =
                 &bodies[(index + k * bodies.len().div_ceil(BODIES_A_FACE)) % bodies.len()];
             for tone in [Tone::Base, Tone::Source] {
                 let pair = &pairs[face.pair];
                 let Outcome { figures, .. } =
-                    transfer(pair, bench, face, carried.as_ref(), body, tone);
+                    transfer(pair, bench, face, transferred.as_ref(), body, tone);
                 for fault in faults(&figures, &face.name, &body.name) {
                     missed.push(format!("{} on {}, {tone:?}: {fault}", face.name, body.name));
                 }

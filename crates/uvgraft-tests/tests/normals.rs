@@ -1,4 +1,4 @@
-//! Normal maps carried to another layout equal those baked there.
+//! Normal maps transferred to another layout equal those baked there.
 
 #![expect(clippy::unwrap_used, reason = "a failed unwrap is a failed test")]
 
@@ -33,7 +33,7 @@ fn quantised(texture: &Texture) -> Texture {
 }
 
 /// The result of a transfer of a map over a flat one.
-fn carried(graft: &Graft, source: &Texture) -> Vec<f32> {
+fn transferred(graft: &Graft, source: &Texture) -> Vec<f32> {
     let base = [0.5, 0.5, 1.0];
     let size = graft.sizes().to;
     let base = Texture::filled(size, Channels::Rgb, Encoding::Data, Depth::F32, &base).unwrap();
@@ -96,8 +96,8 @@ impl Scene {
         let copying = copying(&self.pair, direction, self.size);
         let turning = turning(&self.pair, direction, self.size);
         let source = texture(self.size, &from.texels);
-        let [naive, turned] = [&copying, &turning].map(|graft| carried(graft, &source));
-        [naive, turned, carried(&turning, &quantised(&source))]
+        let [naive, turned] = [&copying, &turning].map(|graft| transferred(graft, &source));
+        [naive, turned, transferred(&turning, &quantised(&source))]
             .map(|values| self.errors(&turning, &values, to))
     }
 
@@ -149,7 +149,7 @@ impl Errors {
 
 /// - `copied`: lower bounds of the errors of copying, median and p99.
 #[expect(clippy::print_stdout, reason = "figures of a test, shown where it fails")]
-fn assert_carries(name: &str, scene: &Scene, copied: [f64; 2]) {
+fn assert_transfers(name: &str, scene: &Scene, copied: [f64; 2]) {
     for direction in [Direction::Forward, Direction::Reverse] {
         let [naive, turned, from_bytes] = scene.compare(direction);
         println!("{name} {direction:?}:\n  {naive:?}\n  {turned:?}\n  {from_bytes:?}");
@@ -163,7 +163,7 @@ fn assert_carries(name: &str, scene: &Scene, copied: [f64; 2]) {
 
 #[test]
 fn charts_that_are_turned_and_mirrored_keep_their_surface() {
-    assert_carries(
+    assert_transfers(
         "charts",
         &Scene::same(synthetic::turned_charts(), Size::square(512)),
         [20.0, 90.0],
@@ -180,7 +180,7 @@ fn figure() -> Arc<Pair> {
 fn the_figure_keeps_its_surface() {
     // Most of it has the same orientation in both layouts; hair and the back of the head are
     // rotated.
-    assert_carries("figure", &Scene::same(figure(), Size::square(2048)), [0.0, 90.0]);
+    assert_transfers("figure", &Scene::same(figure(), Size::square(2048)), [0.0, 90.0]);
 }
 
 #[test]
@@ -202,7 +202,7 @@ fn the_real_pair_keeps_its_surface() {
         Mesh::from_triangles(positions, source.uv().to_vec(), source.faces(), source.uv_faces());
     let same = Pair::from_pieces(source.unwrap(), pair.target().clone(), pair.pieces());
     let same = Scene::same(Arc::new(same.unwrap()), Size::square(2048));
-    assert_carries("real layouts", &same, [3.0, 20.0]);
+    assert_transfers("real layouts", &same, [3.0, 20.0]);
 
     // The unmodified meshes: two heads of nearly the same shape, held at different angles.
     let rotations = face_rotations(&pair);
@@ -217,7 +217,7 @@ fn the_real_pair_keeps_its_surface() {
         // A flat map on one is nearly flat on the other.
         let graft = turning(&scene.pair, direction, scene.size);
         let flat = vec![[0.5, 0.5, 1.0]; scene.size.texels()];
-        let values = carried(&graft, &texture(scene.size, &flat));
+        let values = transferred(&graft, &texture(scene.size, &flat));
         let flat = Baked { texels: flat, is_shared: scene.sides(direction).1.is_shared.clone() };
         let tilt = scene.errors(&graft, &values, &flat);
         println!("  flat: {tilt:?}");
@@ -256,11 +256,11 @@ fn a_mesh_that_is_placed_differently_has_the_same_map() {
     let placed = with_source(&pair, false, place);
     let size = Size::square(512);
     let scene = Scene::new(Arc::clone(&placed), size, |_, _, normal| turn(normal));
-    assert_carries("placed", &scene, [20.0, 90.0]);
+    assert_transfers("placed", &scene, [20.0, 90.0]);
     // Texel by texel it equals the result for the original mesh, up to rounding of positions.
     let source = texture(size, &scene.source.texels);
     let [a, b] =
-        [&pair, &placed].map(|pair| carried(&turning(pair, Direction::Forward, size), &source));
+        [&pair, &placed].map(|pair| transferred(&turning(pair, Direction::Forward, size), &source));
     let worst = a.iter().zip(&b).map(|(a, b)| (a - b).abs()).fold(0.0, f32::max);
     assert!(worst < 1e-3, "{worst}");
 }
@@ -269,7 +269,7 @@ fn a_mesh_that_is_placed_differently_has_the_same_map() {
 fn a_mesh_that_is_wound_the_other_way_has_its_normals_turned_around() {
     let pair = with_source(&synthetic::turned_charts(), true, |at| at);
     assert!(pair.pieces().all(|piece| piece.flips()));
-    assert_carries("rewound", &Scene::same(pair, Size::square(512)), [20.0, 90.0]);
+    assert_transfers("rewound", &Scene::same(pair, Size::square(512)), [20.0, 90.0]);
 }
 
 #[test]
@@ -326,7 +326,7 @@ fn green_follows_the_convention() {
     };
     let turned = |source: NormalY, target: NormalY| {
         let baked = bake(pair.source(), &of_source, size, source, |_, _, normal| normal);
-        carried(&graft(source, target), &texture(size, &baked.texels))
+        transferred(&graft(source, target), &texture(size, &baked.texels))
     };
     let wanted = turned(NormalY::OpenGl, NormalY::OpenGl);
     let graft = graft(NormalY::OpenGl, NormalY::OpenGl);
@@ -377,7 +377,7 @@ fn a_square_by_hand_with_its_gutter() {
         let size = Size::new(64, 48);
         let source = texture(size, &vec![right; size.texels()]);
         let graft = turning(&pair, Direction::Forward, size);
-        let values = carried(&graft, &source);
+        let values = transferred(&graft, &source);
         assert_eq!(graft.map().stats().linked + graft.map().stats().gutter, size.texels());
         for texel in values.chunks_exact(3) {
             let is_wanted = (0..3).all(|k| (texel[k] - wanted[k]).abs() < 1e-6);
@@ -393,10 +393,10 @@ fn bands_and_opacity_do_not_show() {
     let frames = NormalFrames::new(&scene.pair, Direction::Forward);
     let (map, options) = (graft.map(), NormalOptions::default());
     let source = texture(scene.size, &scene.source.texels);
-    let filtered = carried(&graft, &source);
+    let filtered = transferred(&graft, &source);
     let mut whole = filtered.clone();
     frames.turn(map, options, 0, &mut whole, Channels::Rgb);
-    assert_eq!(whole, carried(&turning(&scene.pair, Direction::Forward, scene.size), &source));
+    assert_eq!(whole, transferred(&turning(&scene.pair, Direction::Forward, scene.size), &source));
     let mut banded = filtered.clone();
     for (band, values) in (0..).zip(banded.chunks_mut(200 * 3 * 7)) {
         frames.turn(map, options, band * 7, values, Channels::Rgb);
@@ -422,7 +422,7 @@ fn the_gutter_continues_its_island() {
     let pair = synthetic::turned_charts();
     let scene = Scene::same(pair, Size::square(512));
     let graft = turning(&scene.pair, Direction::Forward, scene.size);
-    let values = carried(&graft, &texture(scene.size, &scene.source.texels));
+    let values = transferred(&graft, &texture(scene.size, &scene.source.texels));
     let map = graft.map();
     let mut jumps = Vec::new();
     for row in 0..scene.size.height {

@@ -17,7 +17,7 @@ fn map_options(prefer: Prefer) -> MapOptions {
     MapOptions::with_gutter(GUTTER).prefer(prefer)
 }
 
-fn carried(pair: &Arc<Pair>, prefer: Prefer, source: &Texture, size: Size) -> Texture {
+fn transferred(pair: &Arc<Pair>, prefer: Prefer, source: &Texture, size: Size) -> Texture {
     let graft = Graft::builder(Arc::clone(pair), Sizes { from: source.size(), to: size })
         .filter(Filter::Bilinear)
         .map_options(map_options(prefer))
@@ -65,7 +65,7 @@ fn either_eye_can_be_seen_whole() {
     for side in [256, 512, 1000] {
         let size = Size::square(side);
         let [by_face, left, right] = [Prefer::First, Prefer::Left, Prefer::Right]
-            .map(|prefer| carried(&pair, prefer, &source, size));
+            .map(|prefer| transferred(&pair, prefer, &source, size));
         // The disc has a radius of 0.1.
         let disc = std::f32::consts::PI * (0.1 * side as f32).powi(2);
         let shows = |result: &Texture, color: [u8; 3], other: [u8; 3]| {
@@ -144,7 +144,7 @@ fn either_eye_of_a_real_body_can_be_seen() {
     }
     let source = synthetic::detailed(Size::square(1024), 3);
     let [by_face, left, right] = [Prefer::First, Prefer::Left, Prefer::Right]
-        .map(|prefer| carried(&pair, prefer, &source, size));
+        .map(|prefer| transferred(&pair, prefer, &source, size));
     let mut differing = 0;
     for (texel, (a, b)) in texels(&left).iter().zip(texels(&right)).enumerate() {
         assert!(a == b || in_disc(texel), "{texel}");

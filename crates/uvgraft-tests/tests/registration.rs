@@ -2,7 +2,7 @@
 
 use glam::{DQuat, DVec3};
 use uvgraft::correspond::surface::{Align, SurfaceError, SurfaceReport};
-use uvgraft::correspond::{By, FindOptions, Method, Refusal, find};
+use uvgraft::correspond::{By, FindOptions, Method, MethodFailure, find};
 use uvgraft::piece::Weights;
 use uvgraft::{Anatomy, Area, Extent, Landmark, Mesh, Pair, Piece};
 use uvgraft_figure::Figure;
@@ -50,7 +50,7 @@ fn color(at: DVec3) -> f64 {
     0.5 + (phase.x.sin() + phase.y.sin() + phase.z.sin()) / 6.0
 }
 
-/// The peak signal-to-noise ratio of a colour that is carried over, in decibels, by area.
+/// The peak signal-to-noise ratio of a colour that is transferred, in decibels, by area.
 fn psnr(pair: &Pair) -> f64 {
     let (mut squares, mut areas) = (0.0, 0.0);
     for piece in pair.pieces() {
@@ -124,7 +124,7 @@ fn refused(source: Mesh, target: Mesh) -> SurfaceError {
     options.by = By::Surface;
     options.surface.align = Align::None;
     match find(source, target, &options).expect_err("no surfaces").0.remove(0) {
-        Refusal::Surface(error) => error,
+        MethodFailure::Surface(error) => error,
         other => panic!("{other}"),
     }
 }

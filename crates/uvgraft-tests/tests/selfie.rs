@@ -28,7 +28,7 @@ static HEAD: LazyLock<Option<Head>> = LazyLock::new(|| {
     Some(prepared(FIGURE.head.clone(), Some(&FIGURE.texture), NETWORKS.as_ref()?).unwrap())
 });
 
-struct Made {
+struct Rebuilt {
     photographs: Vec<Photograph>,
     reconstruction: Reconstruction,
     judged: Judgement,
@@ -37,7 +37,7 @@ struct Made {
 }
 
 /// Photographs a subject and reconstructs it.
-fn made(subject: &Subject, shots: &[Shot], relight: Relight) -> Option<Made> {
+fn rebuilt(subject: &Subject, shots: &[Shot], relight: Relight) -> Option<Rebuilt> {
     let (networks, head) = (NETWORKS.as_ref()?, HEAD.as_ref()?);
     let photographs: Vec<Photograph> = shots.iter().map(|shot| shot.take(subject)).collect();
     let pictures: Vec<Texture> =
@@ -48,53 +48,55 @@ fn made(subject: &Subject, shots: &[Shot], relight: Relight) -> Option<Made> {
     let found: Vec<PhotoLandmarks> = photographs.iter().map(found).collect();
     let mut options = TextureOptions::default();
     (options.size, options.relight) = (TEXTURE, relight);
-    let made = Reconstruction::new(head, &pictures, &found, &options);
-    let judged = made.judged(subject, &photographs);
-    let errors = made.pose_errors(&photographs);
+    let rebuilt = Reconstruction::new(head, &pictures, &found, &options);
+    let judged = rebuilt.judged(subject, &photographs);
+    let errors = rebuilt.pose_errors(&photographs);
     let pose_degrees = errors.iter().map(|error| error.length()).fold(0.0, f64::max);
-    Some(Made { photographs, reconstruction: made, judged, pose_degrees })
+    Some(Rebuilt { photographs, reconstruction: rebuilt, judged, pose_degrees })
 }
 
 #[test]
 fn one_photograph_tells_the_texture_and_the_pose() {
     for shot in [Shot::PORTRAIT, Shot::PORTRAIT.turned(20.0, 0.0, 0.0)] {
-        let Some(made) = made(&FIGURE, &[shot], Relight::Off) else { return };
-        let judged = made.judged;
+        let Some(rebuilt) = rebuilt(&FIGURE, &[shot], Relight::Off) else { return };
+        let judged = rebuilt.judged;
         assert!(judged.psnr_db >= 30.0 && judged.coverage > 0.5, "{judged:?}");
         assert!(judged.foreign() <= 0.002, "{judged:?}");
-        assert!(made.pose_degrees <= 1.5, "{}°", made.pose_degrees);
+        assert!(rebuilt.pose_degrees <= 1.5, "{}°", rebuilt.pose_degrees);
     }
 }
 
 #[test]
 fn nine_photographs_tell_more() {
-    let Some(made) = made(&FIGURE, &Shot::PORTRAIT.nine(), Relight::Off) else { return };
-    let judged = made.judged;
+    let Some(rebuilt) = rebuilt(&FIGURE, &Shot::PORTRAIT.nine(), Relight::Off) else {
+        return;
+    };
+    let judged = rebuilt.judged;
     assert!(judged.psnr_db >= 33.0 && judged.coverage > 0.7, "{judged:?}");
     assert!(judged.foreign() <= 0.002, "{judged:?}");
-    assert!(made.pose_degrees <= 1.5, "{}°", made.pose_degrees);
+    assert!(rebuilt.pose_degrees <= 1.5, "{}°", rebuilt.pose_degrees);
 }
 
 #[test]
 fn hair_glasses_and_cloth_are_not_skin() {
     for subject in Subject::dressed(TEXTURE) {
         let shot = Shot::PORTRAIT.turned(-6.0, 4.0, 0.0);
-        let Some(made) = made(&subject, &[shot], Relight::Off) else { return };
-        assert!(made.judged.foreign() <= 0.002, "{}: {:?}", subject.name, made.judged);
-        assert!(made.judged.coverage > 0.4, "{}: {:?}", subject.name, made.judged);
+        let Some(rebuilt) = rebuilt(&subject, &[shot], Relight::Off) else { return };
+        assert!(rebuilt.judged.foreign() <= 0.002, "{}: {:?}", subject.name, rebuilt.judged);
+        assert!(rebuilt.judged.coverage > 0.4, "{}: {:?}", subject.name, rebuilt.judged);
     }
 }
 
 #[test]
 fn landmarks_are_found_again_on_the_result() {
     let shot = Shot::PORTRAIT;
-    let Some(made) = made(&FIGURE, &[shot], Relight::Off) else { return };
+    let Some(rebuilt) = rebuilt(&FIGURE, &[shot], Relight::Off) else { return };
     let (networks, head) = (NETWORKS.as_ref().unwrap(), HEAD.as_ref().unwrap());
-    let subject = made.reconstruction.subject(head, "result");
+    let subject = rebuilt.reconstruction.subject(head, "result");
     for shot in views() {
         let photograph = shot.take(&subject);
         let found = landmarks(networks, &photograph.picture, None).unwrap();
-        let visible = made.reconstruction.visible_landmarks(head, &photograph);
+        let visible = rebuilt.reconstruction.visible_landmarks(head, &photograph);
         let images = visible.iter().map(|&(_, index)| {
             let [x, y, _] = found.points[index];
             [x, y]
@@ -164,9 +166,9 @@ fn a_model_tells_shape_and_expression_apart() {
 fn threads_do_not_show() {
     let with_threads = |threads: usize| {
         let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
-        let made = pool.install(|| made(&FIGURE, &[Shot::PORTRAIT], Relight::Soft))?;
-        let pictures = made.photographs.into_iter().map(|photograph| photograph.picture);
-        let result = made.reconstruction.result;
+        let rebuilt = pool.install(|| rebuilt(&FIGURE, &[Shot::PORTRAIT], Relight::Soft))?;
+        let pictures = rebuilt.photographs.into_iter().map(|photograph| photograph.picture);
+        let result = rebuilt.reconstruction.result;
         Some((pictures.collect::<Vec<_>>(), result.texture, result.known))
     };
     let one = with_threads(1);

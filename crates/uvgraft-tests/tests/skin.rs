@@ -26,9 +26,9 @@ enum Shown {
     Skin,
     /// Redder, with nails.
     Finger,
-    /// Skin with features; blank if no face was carried over.
+    /// Skin with features; blank if no face was transferred.
     Head,
-    /// Eyes; blank if no face was carried over.
+    /// Eyes; blank if no face was transferred.
     Eye,
     Hair,
     Cloth,
@@ -58,7 +58,7 @@ struct Body {
 }
 
 impl Body {
-    /// With a blank head, or with the face and the hair carried over.
+    /// With a blank head, or with the face and the hair transferred.
     fn new(with_face: bool) -> Self {
         let figure = Figure::new();
         let size = Size::square(1024);

@@ -45,11 +45,11 @@ impl Stage {
         Self { pair, cut, anatomy, face, pasted, base }
     }
 
-    fn carried(&self, options: BlendOptions) -> Texture {
-        self.carry(&self.face, options)
+    fn transferred(&self, options: BlendOptions) -> Texture {
+        self.transfer(&self.face, options)
     }
 
-    fn carry(&self, face: &Texture, options: BlendOptions) -> Texture {
+    fn transfer(&self, face: &Texture, options: BlendOptions) -> Texture {
         let graft = Graft::builder(Arc::clone(&self.pair), SIZES).blend(options).build().unwrap();
         graft.apply(face, &self.base).unwrap()
     }
@@ -71,7 +71,7 @@ impl Stage {
 fn a_blend_without_tone_is_detected() {
     let stage = Stage::new();
     let feather = BlendOptions::default().feather(0.01);
-    let measured = |options| stage.measured(&stage.carried(options), stage.all()).unwrap();
+    let measured = |options| stage.measured(&stage.transferred(options), stage.all()).unwrap();
     let (plain, toned) = (measured(feather), measured(feather.membrane()));
     for tone in [plain, toned] {
         let own = tone.own.unwrap();
@@ -88,7 +88,7 @@ fn a_body_in_a_face_s_tone_keeps_its_contrast() {
     let stage = Stage::new();
     let membrane = BlendOptions::default().feather(0.01).membrane();
     for tone in [Tone::Base, Tone::Source, Tone::Both] {
-        let found = stage.measured(&stage.carried(membrane.tone(tone)), stage.all()).unwrap();
+        let found = stage.measured(&stage.transferred(membrane.tone(tone)), stage.all()).unwrap();
         let excess = found.excess().unwrap();
         assert!(excess.abs() < 2.0, "{tone:?}: cheek to chest off by {excess}");
     }
@@ -97,7 +97,7 @@ fn a_body_in_a_face_s_tone_keeps_its_contrast() {
 #[test]
 fn missing_references_leave_measures_empty() {
     let stage = Stage::new();
-    let texture = stage.carried(BlendOptions::default());
+    let texture = stage.transferred(BlendOptions::default());
     let alone = stage.measured(&texture, ToneReferences::default()).unwrap();
     assert!(alone.skin.is_some() && alone.own.is_none() && alone.hair_shift.is_none());
     // Nothing in a plain paste is clipped, with labels or without.
@@ -115,7 +115,7 @@ fn missing_references_leave_measures_empty() {
 fn burnt_skin_is_clipped_skin() {
     let stage = Stage::new();
     let texture =
-        recolored(&stage.carried(BlendOptions::default()), |value, _, _| (value * 2.5).floor());
+        recolored(&stage.transferred(BlendOptions::default()), |value, _, _| (value * 2.5).floor());
     let found = stage.measured(&texture, stage.all()).unwrap();
     assert!(found.clipped.unwrap() > 0.3 && found.is_clipped(), "{found:?}");
     assert!(found.hair_shift.unwrap() > 3.0, "{found:?}");
@@ -175,7 +175,7 @@ fn worn() -> Stage {
     let layout = LayoutSpots::new(stage.pair.target(), SIZES.to);
     let body = BodyLook::new("brown", SkinTone::BROWN);
     stage.base = body.paint(stage.pair.target(), &BodyFrame::FIGURE, &layout).texture;
-    stage.base = stage.carried(BlendOptions::default());
+    stage.base = stage.transferred(BlendOptions::default());
     stage
 }
 
@@ -199,8 +199,10 @@ fn a_known_gain_is_taken_back() {
     assert!(wanted.len() > 20, "{} triangles", wanted.len());
     for gain in [[0.75, 0.8, 0.7], [1.25, 1.15, 1.1], [0.9, 0.6, 0.8], [1.1, 1.3, 1.5], [0.5; 3]] {
         let face = recolored(&stage.face, |value, _, channel| value * gain[channel]);
-        let found =
-            cheeks(&stage, &stage.carry(&face, BlendOptions::default().feather(0.01).membrane()));
+        let found = cheeks(
+            &stage,
+            &stage.transfer(&face, BlendOptions::default().feather(0.01).membrane()),
+        );
         let differences = found.iter().zip(&wanted).map(|(&a, &b)| uvgraft::color::delta_e(a, b));
         let mean = differences.sum::<f64>() / found.len() as f64;
         assert!(mean < 2.0, "{gain:?}: ΔE {mean}");
@@ -220,9 +222,11 @@ fn a_ramp_of_light_keeps_its_contrast() {
         let face = recolored(&stage.face, |value, [x, _], _| {
             value * (left + (right - left) * x as f32 / SIZES.from.width as f32)
         });
-        let pasted = cheeks(&stage, &stage.carry(&face, BlendOptions::default()));
-        let found =
-            cheeks(&stage, &stage.carry(&face, BlendOptions::default().feather(0.01).membrane()));
+        let pasted = cheeks(&stage, &stage.transfer(&face, BlendOptions::default()));
+        let found = cheeks(
+            &stage,
+            &stage.transfer(&face, BlendOptions::default().feather(0.01).membrane()),
+        );
         let off = uvgraft::color::delta_e(mean(&found), wanted);
         assert!(off < 2.0, "{left} to {right}: ΔE {off}");
         let kept = contrast(&found) / contrast(&pasted);
@@ -253,7 +257,7 @@ fn depths_do_not_matter() {
         BlendOptions::default().feather(0.01),
     ];
     for options in modes {
-        let plain = stage.carried(options);
+        let plain = stage.transferred(options);
         for depth in [Depth::U16, Depth::F32] {
             let graft = Graft::builder(Arc::clone(&stage.pair), SIZES).blend(options).build();
             let [face, base] = [&stage.face, &stage.base].map(|texture| deeper(texture, depth));

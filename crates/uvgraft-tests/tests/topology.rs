@@ -1,7 +1,7 @@
 //! Meshes linked by connectivity alone.
 
 use uvgraft::correspond::topology::{TopologyError, TopologyReport};
-use uvgraft::correspond::{By, FindOptions, Method, Refusal, find};
+use uvgraft::correspond::{By, FindOptions, Method, MethodFailure, find};
 use uvgraft::{Corner, Extent, Mesh, Pair, Piece};
 use uvgraft_tests::real;
 use uvgraft_tests::shuffled::Shuffled;
@@ -60,7 +60,7 @@ fn a_shuffled_head_is_found_in_a_shuffled_body() {
 }
 
 /// A mesh of polygons, with the place of each vertex as its layout.
-fn made(positions: Vec<[f32; 3]>, polygons: &[Vec<u32>]) -> Mesh {
+fn polygon_mesh(positions: Vec<[f32; 3]>, polygons: &[Vec<u32>]) -> Mesh {
     let uv = positions.iter().map(|&[x, y, z]| [x + 0.3 * z, y - 0.2 * z].map(|at| 0.5 + 0.1 * at));
     let corners: Vec<Corner> =
         polygons.iter().flatten().map(|&vertex| Corner { vertex, uv: vertex }).collect();
@@ -86,7 +86,7 @@ fn sheet(n: u32, is_hole: impl Fn(u32) -> bool) -> Mesh {
         .map(|quad| quad / n * count + quad % n)
         .map(|k| vec![k, k + 1, k + count + 1, k + count])
         .collect();
-    made((0..count * count).map(place).collect(), &quads)
+    polygon_mesh((0..count * count).map(place).collect(), &quads)
 }
 
 /// A sheet with holes at random places, so that its connectivity tells places apart.
@@ -143,7 +143,7 @@ fn quads_are_found_in_their_triangulations() {
                 [vec![quad[0], quad[1], quad[2]], vec![quad[0], quad[2], quad[3]]]
             })
             .collect();
-        let triangles = made(quads.positions().to_vec(), &triangles);
+        let triangles = polygon_mesh(quads.positions().to_vec(), &triangles);
         let count = triangles.faces().len();
         let [source, target] = [Shuffled::new(&quads, seed), Shuffled::new(&triangles, seed + 100)];
         for (a, b) in [(&source, &target), (&target, &source)] {
@@ -163,7 +163,7 @@ fn both_sides_of_a_sheet_are_linked_to_themselves() {
         .collect();
     let below = above.iter().map(|triangle| triangle.iter().rev().copied().collect());
     let both: Vec<Vec<u32>> = above.iter().cloned().chain(below).collect();
-    let sheet = made(quads.positions().to_vec(), &both);
+    let sheet = polygon_mesh(quads.positions().to_vec(), &both);
     for seed in 0..4 {
         let [source, target] = [seed, seed + 100].map(|seed| Shuffled::new(&sheet, seed));
         let pair = find(source.mesh.clone(), target.mesh.clone(), &by(By::Topology)).unwrap().pair;
@@ -192,7 +192,7 @@ fn edited_meshes_match_elsewhere() {
         let first = positions.len() as u32;
         positions.extend([[3.0, 0.0, 0.0], [4.0, 0.0, 0.0], [3.0, 1.0, 0.5]]);
         rings.push(vec![first, first + 1, first + 2]);
-        let edited = made(positions, &rings);
+        let edited = polygon_mesh(positions, &rings);
         let [source, target] = [Shuffled::new(&edited, seed), Shuffled::new(&original, seed + 100)];
         for (a, b) in [(&source, &target), (&target, &source)] {
             let found = find(a.mesh.clone(), b.mesh.clone(), &by(By::Topology)).unwrap();
@@ -217,7 +217,7 @@ fn windings_tell_mirror_images_apart() {
                 ring
             })
             .collect();
-        let turned = made(mesh.positions().to_vec(), &turned);
+        let turned = polygon_mesh(mesh.positions().to_vec(), &turned);
         let [source, target] = [Shuffled::new(&mesh, seed), Shuffled::new(&turned, seed + 100)];
         let found = find(source.mesh.clone(), target.mesh.clone(), &by(By::Topology)).unwrap();
         let count = mesh.faces().len();
@@ -238,7 +238,7 @@ fn together(meshes: &[Mesh]) -> Mesh {
                 .map(|ring| ring.into_iter().map(|vertex| vertex + first).collect::<Vec<u32>>()),
         );
     }
-    made(positions, &rings)
+    polygon_mesh(positions, &rings)
 }
 
 fn moved(mesh: &Mesh, place: impl Fn([f32; 3]) -> [f32; 3]) -> Mesh {
@@ -248,7 +248,7 @@ fn moved(mesh: &Mesh, place: impl Fn([f32; 3]) -> [f32; 3]) -> Mesh {
 }
 
 #[test]
-fn equal_components_and_symmetric_sheets_are_told_apart_by_positions() {
+fn equal_components_and_symmetric_sheets_are_reported_apart_by_positions() {
     let sheet = sheet(9, |_| false);
     let eye = |x: f32| moved(&icosphere(2), move |at| [at[0] * 0.4 + x, at[1] * 0.4, at[2] * 0.4]);
     for seed in 0..4 {
@@ -310,7 +310,7 @@ fn icosphere(rounds: u32) -> Mesh {
         rings = finer;
     }
     let unit = |at: [f32; 3]| glam::Vec3::from(at).normalize().to_array();
-    made(points.into_iter().map(unit).collect(), &rings)
+    polygon_mesh(points.into_iter().map(unit).collect(), &rings)
 }
 
 /// A cube of `n * n` quads a side, welded.
@@ -343,7 +343,7 @@ fn cube(n: i32) -> Mesh {
     }
     let rings: Vec<Vec<u32>> =
         rings.iter().map(|ring| ring.map(|at| index[&at]).to_vec()).collect();
-    made(positions, &rings)
+    polygon_mesh(positions, &rings)
 }
 
 /// A torus of quads, which look alike everywhere.
@@ -358,7 +358,7 @@ fn torus([around, across]: [u32; 2]) -> Mesh {
         vec![at(0, 0), at(1, 0), at(1, 1), at(0, 1)]
     };
     let all = 0..around * across;
-    made(all.clone().map(place).collect(), &all.map(quad).collect::<Vec<_>>())
+    polygon_mesh(all.clone().map(place).collect(), &all.map(quad).collect::<Vec<_>>())
 }
 
 #[test]
@@ -372,7 +372,7 @@ fn meshes_that_look_alike_everywhere_are_found_where_they_are() {
     let shaken = |at: f32| 2.0 * at + 0.01 * (997.0 * at).sin();
     let other = moved(&b.mesh, |[x, y, z]| [-y, x, z].map(shaken));
     let error = find(a.mesh, other, &by(By::Topology)).unwrap_err();
-    let [Refusal::Topology(TopologyError::TooManyWays { steps, .. })] = error.0[..] else {
+    let [MethodFailure::Topology(TopologyError::TooManyWays { steps, .. })] = error.0[..] else {
         panic!("{error}")
     };
     assert!(steps < 2_000_000, "{steps}");
@@ -425,7 +425,7 @@ fn poked(mesh: &Mesh, share: f32, seed: u64) -> Mesh {
         positions.push(middle);
         rings.extend((0..ring.len()).map(|k| vec![ring[k], ring[(k + 1) % ring.len()], centre]));
     }
-    made(positions, &rings)
+    polygon_mesh(positions, &rings)
 }
 
 /// The place of a piece's corners on a mesh.
@@ -443,7 +443,7 @@ fn quads_with_an_added_centre_are_linked_in_parts() {
             .into_iter()
             .flat_map(|quad| [vec![quad[0], quad[1], quad[2]], vec![quad[0], quad[2], quad[3]]])
             .collect();
-        let triangles = made(quads.positions().to_vec(), &triangles);
+        let triangles = polygon_mesh(quads.positions().to_vec(), &triangles);
         for (share, whole) in [(1.0, &quads), (0.1, &quads), (1.0, &triangles)] {
             let poked = poked(&quads, share, seed);
             let added = poked.positions().len() - quads.positions().len();

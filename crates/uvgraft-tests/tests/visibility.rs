@@ -1,4 +1,4 @@
-//! Visibility of the boundary of a carried face, on a body with another skin.
+//! Visibility of the boundary of a transferred face, on a body with another skin.
 
 #![allow(clippy::unwrap_used, reason = "a failed unwrap is a failed test")]
 
@@ -51,7 +51,7 @@ fn skin(mesh: &Mesh, color: [f64; 3]) -> Texture {
     Texture::new(SIZE, Channels::Rgb, Encoding::Srgb, Texels::U16(values)).unwrap()
 }
 
-/// Visibility of the boundary and the UV seams of a face carried onto a body; the seams are those
+/// Visibility of the boundary and the UV seams of a face transferred onto a body; the seams are those
 /// of the whole body.
 struct Seen {
     /// At one texel from the edge.

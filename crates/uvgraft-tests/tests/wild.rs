@@ -6,7 +6,7 @@ use std::path::Path;
 
 use uvgraft::{Size, Texture};
 use uvgraft_figure::{Figure, paint_body};
-use uvgraft_gltf::glb::{AvatarMaterial, Export, Picture, PictureFormat, write};
+use uvgraft_gltf::glb::{AvatarMaterial, EmbeddedFormat, EmbeddedImage, Export, write};
 use uvgraft_gltf::scene::{PoseRequest, Scene, whole};
 use uvgraft_metrics::{Colors, ssim};
 use uvgraft_render::{Bounds, Perspective, RenderOptions, Renderer};
@@ -40,7 +40,7 @@ fn compressed_files_look_like_plain_ones() {
     let folder = tempfile::tempdir().unwrap();
     let plain = folder.path().join("plain.glb");
     let color = paint_body(&Figure::new(), Size::square(1024));
-    let color = Picture::encode(color, PictureFormat::Png, 90).unwrap();
+    let color = EmbeddedImage::encode(color, EmbeddedFormat::Png, 90).unwrap();
     let file =
         write(&Figure::new().avatar(), &AvatarMaterial::new(color), &Export::default()).unwrap();
     std::fs::write(&plain, file.bytes).unwrap();

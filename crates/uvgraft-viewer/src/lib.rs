@@ -8,11 +8,11 @@
 
 mod glb;
 mod page;
-mod picture;
+mod web_image;
 
 pub use glb::{Glb, GlbError};
 pub use page::{LookAt, Page, Template, TemplateError};
-pub use picture::Picture;
+pub use web_image::WebImage;
 
 /// The page without an avatar; `None` without the feature `bundled`.
 pub const PAGE: Option<&str> = page_text();

@@ -6,7 +6,7 @@ use base64::engine::general_purpose::STANDARD;
 use base64::write::EncoderWriter;
 use serde::Serialize;
 
-use crate::{Glb, Picture};
+use crate::{Glb, WebImage};
 
 /// The page's markup, split where data is inserted.
 #[derive(Debug, Clone, Copy)]
@@ -47,7 +47,7 @@ pub struct Page<'a> {
     /// The avatar.
     pub model: Glb<'a>,
     /// Further textures, each with a name.
-    pub textures: Vec<(&'a str, Picture<'a>)>,
+    pub textures: Vec<(&'a str, WebImage<'a>)>,
     /// What the camera is aimed at first; the whole avatar if `None`.
     pub look_at: Option<LookAt<'a>>,
 }
@@ -128,7 +128,7 @@ mod tests {
     const GLB: &[u8] = b"glTF\x02\0\0\0\x16\0\0\0\x02\0\0\0JSON{}";
 
     fn written(name: &str, texture: &str) -> String {
-        let picture = Picture::new(b"\xff\xd8\xff").unwrap();
+        let picture = WebImage::new(b"\xff\xd8\xff").unwrap();
         let textures = vec![(texture, picture)];
         let page = Page { name, model: Glb::new(GLB).unwrap(), textures, look_at: None };
         let mut out = Vec::new();
@@ -151,9 +151,12 @@ mod tests {
 
     #[test]
     fn camera_targets_are_names_or_boxes() {
-        let told = |look_at| serde_json::to_string(&look_at).unwrap();
-        assert_eq!(told(LookAt::Named("leftHand")), r#""leftHand""#);
-        assert_eq!(told(LookAt::Box([0.0, 1.0, 0.0, 1.0, 2.0, 0.5])), "[0.0,1.0,0.0,1.0,2.0,0.5]");
+        let reported = |look_at| serde_json::to_string(&look_at).unwrap();
+        assert_eq!(reported(LookAt::Named("leftHand")), r#""leftHand""#);
+        assert_eq!(
+            reported(LookAt::Box([0.0, 1.0, 0.0, 1.0, 2.0, 0.5])),
+            "[0.0,1.0,0.0,1.0,2.0,0.5]"
+        );
     }
 
     #[test]

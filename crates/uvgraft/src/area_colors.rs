@@ -3,16 +3,17 @@
 use uvgraft_surface::anatomy::{Anatomy, Area};
 use uvgraft_surface::mesh::Mesh;
 use uvgraft_surface::piece::{mixed, wide};
+use uvgraft_surface::statistics::{median, median_color};
 use uvgraft_surface::threads::map_indices;
 
-use crate::color::{Encoding, lab};
+use crate::color::{Encoding, lab, lab_distance};
 use crate::sampler::Sampler;
 use crate::texture::Texture;
 
 /// Red, green and blue, sRGB; 1.0 is full intensity.
 type Rgb = [f32; 3];
 
-/// Minimum number of colours for an estimate.
+/// Minimum number of colours for an estimate. Origin not recorded.
 const MIN_SAMPLES: usize = 24;
 
 /// Barycentric centroids of the four congruent sub-triangles of a triangle.
@@ -74,14 +75,9 @@ pub fn without_outliers(colors: Vec<Rgb>) -> Option<Vec<Rgb>> {
         return None;
     }
     let labs: Vec<[f32; 3]> = colors.iter().map(|&rgb| lab(rgb)).collect();
-    let center = [0, 1, 2].map(|k| median(labs.iter().map(|lab| lab[k]).collect()));
-    let dist = |lab: &[f32; 3]| (0..3).map(|k| (lab[k] - center[k]).powi(2)).sum::<f32>().sqrt();
-    let reach = (3.0 * median(labs.iter().map(dist).collect())).max(8.0);
+    let center = median_color(labs.iter().copied())?;
+    let dist = |lab: &[f32; 3]| lab_distance(*lab, center);
+    let reach = (3.0 * median(labs.iter().map(dist))?).max(8.0);
     let kept = colors.into_iter().zip(&labs).filter(|(_, lab)| dist(lab) <= reach);
     Some(kept.map(|(rgb, _)| rgb).collect())
-}
-
-fn median(mut values: Vec<f32>) -> f32 {
-    let half = values.len() / 2;
-    *values.select_nth_unstable_by(half, f32::total_cmp).1
 }

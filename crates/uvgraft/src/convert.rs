@@ -2,7 +2,7 @@
 
 use uvgraft_surface::threads::for_each_chunk;
 
-use crate::color::{Encoding, linear_from_srgb, srgb_from_linear};
+use crate::color::{Encoding, linear_from_srgb, luma, srgb_from_linear};
 use crate::texture::{Channels, Depth, Texels, TexelsMut, Texture, Value};
 
 /// Values converted per work item.
@@ -81,8 +81,8 @@ fn convert<A: Value, B: Value>(values: &[A], from: Channels, to: Channels) -> Ve
                 (false, true) => out[..3].fill(value(texel[0])),
                 (false, false) => out[0] = value(texel[0]),
                 (true, false) => {
-                    let [r, g, b] = [0, 1, 2].map(|channel| texel[channel].to_level());
-                    out[0] = B::from_level((0.2126 * r + 0.7152 * g + 0.0722 * b) * scale);
+                    let levels = [0, 1, 2].map(|channel| texel[channel].to_level());
+                    out[0] = B::from_level(luma(levels) * scale);
                 }
             }
             if to.has_alpha() {

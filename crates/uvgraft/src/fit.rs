@@ -21,7 +21,7 @@ use uvgraft_surface::threads::{for_each_chunk, map_indices};
 
 use crate::filter::Filter;
 use crate::formats::Formats;
-use crate::map::{Coverage, LayoutTriangles, MapOptions, Precedence, Region};
+use crate::map::{Coverage, LayoutTriangles, MapOptions, Precedence, TexelSet};
 use crate::operator::Operator;
 use crate::resample::load;
 use crate::resampler::{MapInputs, Resampler};
@@ -127,9 +127,9 @@ pub(crate) struct FitSystem {
     sampling: Arc<Resampler>,
     back: Operator,
     /// Unknowns: the texels of the result that pieces own.
-    unknowns: Region,
+    unknowns: TexelSet,
     /// Equations: the texels of the source that read them.
-    equations: Region,
+    equations: TexelSet,
 }
 
 /// The texture has a value that is NaN or infinite.
@@ -144,7 +144,7 @@ impl FitSystem {
     ///   filter.
     /// - `way`: that of `sampling`.
     pub fn new(way: &MapInputs<'_>, sampling: Arc<Resampler>) -> Self {
-        let unknowns = Region::linked(sampling.map(), |_| true);
+        let unknowns = TexelSet::linked(sampling.map(), |_| true);
         // No equations for the gutter, nor for anything outside the unknowns, island or not: texels
         // at their boundary must not compensate for whatever the base holds there.
         let back = MapInputs {
@@ -155,7 +155,7 @@ impl FitSystem {
         };
         let back = Arc::new(Resampler::reading(&back, &unknowns, sampling.filter()));
         let lost = lost_pieces(way);
-        let equations = Region::linked(back.map(), |patch| !lost[patch.piece as usize]);
+        let equations = TexelSet::linked(back.map(), |patch| !lost[patch.piece as usize]);
         Self { sampling, back: Operator::new(back), unknowns, equations }
     }
 
@@ -240,25 +240,11 @@ impl Problem<'_> {
         let count = unknowns.size().texels() * C;
         let mut fitted = vec![0.0; count];
         sampling.fill_floats::<C>(&mut source, &mut fitted);
-
-        // The residual `s − H f₀`, where there is an equation.
-        let mut step = fitted.clone();
-        let mut product = vec![0.0; equations.size().texels() * C];
-        back.resampler().fill_floats::<C>(&mut step, &mut product);
-        let mut residual = vec![0.0; product.len()];
-        equations.update::<C>(&mut residual, &source, |_, source| source);
-        equations.update::<C>(&mut residual, &product, |residual, product| residual - product);
+        let mut residual = self.residual::<C>(fitted.clone(), &source);
         drop(source);
 
-        let lambda = self.options.regularization;
-        let smoothness =
-            self.options.smoothness.unwrap_or_else(|| default_smoothness(sampling.filter()));
-        // Regularisation of the correction: `λ ‖δ‖² + μ ‖∇δ‖²`.
-        let penalty = |delta: &[f32]| {
-            let offset = f64::from(lambda) * unknowns.dot::<C>(delta, delta);
-            let rough = if smoothness == 0.0 { 0.0 } else { unknowns.roughness::<C>(delta) };
-            offset + f64::from(smoothness) * rough
-        };
+        let regularization = self.regularization();
+        let penalty = |delta: &[f32]| regularization.penalty::<C>(unknowns, delta);
         let terms = (equations.texels() * C).max(1) as f64;
         let mut squares = equations.dot::<C>(&residual, &residual);
         let mut report = |step: u32, squares: f64| {
@@ -266,19 +252,15 @@ impl Problem<'_> {
             progress(FitProgress { step, max_steps: self.options.max_steps, rms });
         };
         report(0, squares);
-        let mut delta = vec![0.0; count];
-        let mut gradient = vec![0.0; count];
-        step.fill(0.0);
+        let [mut delta, mut gradient, mut step] = [(); 3].map(|()| vec![0.0; count]);
+        let mut product = vec![0.0; residual.len()];
         let (mut error, mut gamma) = (squares, 0.0);
         for number in 1..=self.options.max_steps {
             // Negative gradient `Hᵀ residual − λ δ − μ ∇ᵀ∇ δ`, made conjugate to the previous
             // steps.
             gradient.fill(0.0);
             back.add_transposed_to::<C>(&residual, &mut gradient);
-            unknowns.update::<C>(&mut gradient, &delta, |g, delta| g - lambda * delta);
-            if smoothness > 0.0 {
-                unknowns.smooth::<C>(&delta, &mut gradient, smoothness);
-            }
+            regularization.add_gradient::<C>(unknowns, &delta, &mut gradient);
             let last_gamma = gamma;
             gamma = unknowns.dot::<C>(&gradient, &gradient);
             if gamma == 0.0 {
@@ -307,6 +289,57 @@ impl Problem<'_> {
         unknowns.update::<C>(&mut fitted, &delta, |fitted, delta| fitted + delta);
         fitted
     }
+
+    /// `s − H f`, where there is an equation.
+    ///
+    /// - `texture`: `f`, which is padded in place.
+    fn residual<const C: usize>(&self, mut texture: Vec<f32>, source: &[f32]) -> Vec<f32> {
+        let FitSystem { back, equations, .. } = self.system;
+        let mut product = vec![0.0; equations.size().texels() * C];
+        back.resampler().fill_floats::<C>(&mut texture, &mut product);
+        let mut residual = vec![0.0; product.len()];
+        equations.update::<C>(&mut residual, source, |_, source| source);
+        equations.update::<C>(&mut residual, &product, |residual, product| residual - product);
+        residual
+    }
+
+    fn regularization(&self) -> Regularization {
+        let default = || default_smoothness(self.system.sampling.filter());
+        Regularization {
+            lambda: self.options.regularization,
+            smoothness: self.options.smoothness.unwrap_or_else(default),
+        }
+    }
+}
+
+/// Regularisation of the correction: `λ ‖δ‖² + μ ‖∇δ‖²`.
+#[derive(Clone, Copy)]
+struct Regularization {
+    /// `λ`.
+    lambda: f32,
+    /// `μ`.
+    smoothness: f32,
+}
+
+impl Regularization {
+    fn penalty<const C: usize>(self, unknowns: &TexelSet, delta: &[f32]) -> f64 {
+        let offset = f64::from(self.lambda) * unknowns.dot::<C>(delta, delta);
+        let rough = if self.smoothness == 0.0 { 0.0 } else { unknowns.roughness::<C>(delta) };
+        offset + f64::from(self.smoothness) * rough
+    }
+
+    /// Adds `−λ δ − μ ∇ᵀ∇ δ`.
+    fn add_gradient<const C: usize>(
+        self,
+        unknowns: &TexelSet,
+        delta: &[f32],
+        gradient: &mut [f32],
+    ) {
+        unknowns.update::<C>(gradient, delta, |g, delta| g - self.lambda * delta);
+        if self.smoothness > 0.0 {
+            unknowns.smooth::<C>(delta, gradient, self.smoothness);
+        }
+    }
 }
 
 /// Which pieces of the opposite direction read texels that another island of the target's layout
@@ -334,7 +367,7 @@ fn lost_pieces(way: &MapInputs<'_>) -> Vec<bool> {
 }
 
 /// Vector operations on texels with `C` values each, restricted to a region.
-impl Region {
+impl TexelSet {
     /// Replaces each value by a function of it and of the same element of `others`.
     fn update<const C: usize>(
         &self,
@@ -380,7 +413,7 @@ impl Region {
     }
 
     /// Sum of squared differences between neighbours: `xᵀ L x` with the Laplacian of
-    /// [`Region::smooth`].
+    /// [`TexelSet::smooth`].
     fn roughness<const C: usize>(&self, values: &[f32]) -> f64 {
         let stride = self.size().width as usize * C;
         let square = |a: f32, b: f32| f64::from(a - b).powi(2);

@@ -179,7 +179,7 @@ pub struct SeamAgreement {
 }
 
 // The following were chosen on four heads and two bodies (FLAME, HiFi3D++, SMPL-X and the figure's),
-// with textures that were captured, painted, averaged and carried from one to the other: each in its
+// with textures that were captured, painted, averaged and transferred from one to the other: each in its
 // own layout and in the others.
 impl SeamAgreement {
     /// Fewer seams than this say nothing: a cube has 7, FLAME 95.
@@ -266,14 +266,14 @@ impl Misfit {
 
 /// What makes a picture no texture of colours.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Oddity {
+pub enum NonColorContent {
     /// Transparent on all islands of its layout.
     Transparent,
     /// A normal map.
     Normals,
 }
 
-impl Oddity {
+impl NonColorContent {
     /// What is odd.
     ///
     /// - `picture`: its name.
@@ -378,14 +378,14 @@ impl<'a> LayoutProbe<'a> {
     }
 
     /// What is odd about what the picture shows on the islands of the layout that it should have.
-    pub fn oddity(&self) -> Option<Oddity> {
+    pub fn oddity(&self) -> Option<NonColorContent> {
         let covered = self.colors.iter().zip(&self.layouts[0].is_covered);
         let seen = covered.filter(|(color, is_covered)| **is_covered && is_seen(color));
         let seen: Vec<[f32; 4]> = seen.map(|(color, _)| *color).collect();
         let shown = || seen.iter().filter(|color| color[3] > 0.0);
         let count = shown().count();
         if count == 0 {
-            return (!seen.is_empty()).then_some(Oddity::Transparent);
+            return (!seen.is_empty()).then_some(NonColorContent::Transparent);
         }
         // Normals have a length of 1, and are those of the surface itself in the mean: a relief that tilts all
         // of them by 40 degrees has 0.77 upwards. Blue paint may have the length, but not the direction.
@@ -394,7 +394,7 @@ impl<'a> LayoutProbe<'a> {
         let units = shown().map(direction).filter(is_unit).count();
         let mean = |k: usize| shown().map(|color| direction(color)[k]).sum::<f32>() / count as f32;
         let is_upright = mean(0).abs().max(mean(1).abs()) < 0.15 && mean(2) > 0.75;
-        (is_upright && 10 * units >= 9 * count).then_some(Oddity::Normals)
+        (is_upright && 10 * units >= 9 * count).then_some(NonColorContent::Normals)
     }
 
     /// What is wrong with the picture; `None` if it may well be right.

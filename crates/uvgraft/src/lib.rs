@@ -8,7 +8,7 @@
 //! ```
 //! use uvgraft::{Graft, Mesh, Pair, Sizes, Texture};
 //!
-//! fn carry(head: Mesh, body: Mesh, vertex_map: &[i64], face: &Texture, base: &Texture)
+//! fn transfer(head: Mesh, body: Mesh, vertex_map: &[i64], face: &Texture, base: &Texture)
 //!     -> Result<Texture, Box<dyn std::error::Error>> {
 //!     let pair = Pair::by_vertex_map(head, body, vertex_map)?;
 //!     let graft = Graft::builder(pair, Sizes { from: face.size(), to: base.size() }).build()?;
@@ -48,7 +48,7 @@ pub mod report;
 pub mod resample;
 mod resampler;
 mod resize;
-mod sampler;
+pub mod sampler;
 mod simd;
 pub mod skin;
 pub mod texture;

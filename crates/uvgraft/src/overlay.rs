@@ -131,7 +131,7 @@ impl Overlay {
         Ok(self)
     }
 
-    /// The texels that are carried, as in [`Graft::mask`], without those that a toning leaves out.
+    /// The texels that are transferred, as in [`Graft::mask`], without those that a toning leaves out.
     ///
     /// [`Graft::mask`]: crate::Graft::mask
     pub fn mask(&self) -> Texture {

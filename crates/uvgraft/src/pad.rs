@@ -9,7 +9,7 @@ use std::ops::Range;
 use uvgraft_surface::bits;
 use uvgraft_surface::threads::map_indices_with;
 
-use crate::map::{BLOCK_ROWS, Region, TILE, Tiles, tiles};
+use crate::map::{BLOCK_ROWS, TILE, TexelSet, Tiles, tiles};
 use crate::texture::{Size, TexelsMut, Texture};
 
 /// For one layout and size: which texels outside the islands are padded, and from which texel
@@ -44,7 +44,7 @@ impl Padding {
 
     /// Pads the texels in `read` that are outside the region and within `radius` of
     /// a texel inside it.
-    pub(crate) fn new(region: &Region, radius: u32, read: &Tiles) -> Self {
+    pub(crate) fn new(region: &TexelSet, radius: u32, read: &Tiles) -> Self {
         assert!(radius <= Self::MAX_RADIUS, "padding of {radius} texels");
         let size = region.size();
         let blocks: Vec<Block> =
@@ -166,7 +166,7 @@ const FAR: i16 = 20_000;
 impl Search {
     /// Pads one block of rows: finds its open tiles, runs the first pass over all rows within the
     /// radius, and the second pass over the rows of the block.
-    fn block(&mut self, region: &Region, radius: u32, read: &[u64], block: u32) -> Block {
+    fn block(&mut self, region: &TexelSet, radius: u32, read: &[u64], block: u32) -> Block {
         let size = region.size();
         let rows = block * BLOCK_ROWS..((block + 1) * BLOCK_ROWS).min(size.height);
         self.stretches.clear();
@@ -333,7 +333,7 @@ mod tests {
             Texture::new(size, Channels::Grey, Encoding::Data, Texels::F32(values)).unwrap();
         let mut all = Tiles::none(size);
         all.insert(&(0..size.width), &(0..size.height));
-        Padding::new(&Region::covered(&mesh, size, &all), radius, &all).apply(&mut texture);
+        Padding::new(&TexelSet::covered(&mesh, size, &all), radius, &all).apply(&mut texture);
 
         let squared = |a: usize, b: usize| {
             (a % 40).abs_diff(b % 40).pow(2) + (a / 40).abs_diff(b / 40).pow(2)

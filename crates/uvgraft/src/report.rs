@@ -15,7 +15,7 @@ use crate::texture::{Size, Sizes};
 pub struct PairReport {
     /// The layout that textures are taken from.
     pub source: LayoutReport,
-    /// The layout that textures are carried to.
+    /// The layout that textures are transferred to.
     pub target: LayoutReport,
     /// Pieces: corresponding parts of triangles, mostly whole ones.
     pub links: usize,
@@ -141,7 +141,7 @@ impl PairReport {
 }
 
 impl LayoutReport {
-    /// For the layout that textures are carried to in `direction`.
+    /// For the layout that textures are transferred to in `direction`.
     fn new(pair: &Pair, direction: Direction, size: Size) -> Self {
         let mesh = pair.to(direction);
         let areas: Vec<f64> = (0..mesh.faces().len())

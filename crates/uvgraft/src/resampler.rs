@@ -10,7 +10,7 @@ use uvgraft_surface::threads::{for_each_chunk, map_indices};
 
 use crate::filter::Filter;
 use crate::formats::Formats;
-use crate::map::{MapOptions, Region, SamplingMap, TILE, Tiles};
+use crate::map::{MapOptions, SamplingMap, TILE, TexelSet, Tiles};
 use crate::pad::Padding;
 use crate::resample::reads::Reads;
 use crate::resample::{self, Paths};
@@ -104,13 +104,14 @@ impl Resampler {
             Beneath { map, paths }
         });
         let near = reads.tiles.widened(reach);
-        let padding = Padding::new(&Region::covered(from, source_size, &near), reach, &reads.tiles);
+        let padding =
+            Padding::new(&TexelSet::covered(from, source_size, &near), reach, &reads.tiles);
         Self { filter, map, paths, tiles: reads.tiles, near, padding, beneath }
     }
 
     /// As [`Resampler::new`], but pads everything outside a region of the source, whether
     /// islands cover it or not.
-    pub fn reading(way: &MapInputs<'_>, region: &Region, filter: Filter) -> Self {
+    pub fn reading(way: &MapInputs<'_>, region: &TexelSet, filter: Filter) -> Self {
         let (map, _) = way.maps(Overlap::First);
         let paths = Paths::new(&map, region.size(), filter);
         let reads = Reads::new(&map, Some(way.pair.to(way.direction)), &paths);

@@ -142,7 +142,7 @@ impl SkinModel {
         };
         let (seeds, others) = (points(&seeds), points(&others));
 
-        let half = quantile(seeds.iter().map(|seed| distance(seed, &center)).collect(), 0.5);
+        let half = quantile(seeds.iter().map(|seed| distance(seed, &center)), 0.5).unwrap_or(0.0);
         let in_half = |seed: &Vector3<f64>| f64::from(distance(seed, &center) <= half);
         let mut model = Self::from_moments(lightness, weighted_moments(&seeds, &[], in_half));
         for _ in 0..STEPS {
@@ -315,7 +315,7 @@ fn densest(seeds: &[[f32; 3]]) -> ([f32; 3], f64) {
         let lightness = sum(candidate).max(MIN_LIGHTNESS);
         let center = point(candidate, lightness);
         let distances = compared.clone().map(|&seed| distance(&point(seed, lightness), &center));
-        (candidate, quantile(distances.collect(), 0.5))
+        (candidate, quantile(distances, 0.5).unwrap_or(0.0))
     });
     let nearest = distances.min_by(|(_, a), (_, b)| a.total_cmp(b));
     nearest.unwrap_or(([0.0; 3], f64::INFINITY))

@@ -6,10 +6,10 @@ pub use uvgraft_surface::size::Size;
 
 use crate::color::Encoding;
 
-/// The size of a texture and of the base that it is carried to.
+/// The size of a texture and of the base that it is transferred to.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub struct Sizes {
-    /// Size of the texture that is carried.
+    /// Size of the texture that is transferred.
     pub from: Size,
     /// Size of the base that it is laid over, and of the result.
     pub to: Size,
@@ -270,8 +270,8 @@ pub struct TexelFormat {
     pub encoding: Encoding,
 }
 
-/// An image in a UV layout. Row 0 is at the top; texel `(i, j)` covers `[i, i+1) × [j, j+1)` and
-/// has its centre at `(i + 0.5, j + 0.5)`.
+/// An image in a UV layout: decoded texels, without the format and colour profile of a file. Row 0 is at
+/// the top; texel `(i, j)` covers `[i, i+1) × [j, j+1)` and has its centre at `(i + 0.5, j + 0.5)`.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Texture {
     size: Size,

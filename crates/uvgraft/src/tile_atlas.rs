@@ -162,18 +162,18 @@ mod tests {
         let pair = squares(&tiles);
         let to = Size::new(70, 35);
         let base = Texture::filled(to, Channels::Grey, Encoding::Srgb, Depth::U8, &[0.5]).unwrap();
-        let carried = |pair: Pair, texture: &Texture| {
+        let transferred = |pair: Pair, texture: &Texture| {
             let sizes = Sizes { from: texture.size(), to };
             let graft = Graft::builder(pair, sizes).filter(Filter::Bilinear).build().unwrap();
             graft.apply(texture, &base).unwrap()
         };
         let together = pair.in_tiles(Direction::Forward, &atlas, Tile::FIRST).unwrap();
-        let together = carried(together, &stitched);
+        let together = transferred(together, &stitched);
         for (index, image) in images.iter().enumerate() {
             let alone = TileAtlas::new(vec![tiles[index]], size).unwrap();
             assert_eq!(stitch(&alone, std::slice::from_ref(image)).unwrap(), *image);
             let pair = pair.in_tiles(Direction::Forward, &alone, Tile::FIRST).unwrap();
-            let alone = carried(pair, image);
+            let alone = transferred(pair, image);
             for y in 0..35 {
                 for x in index as u32 * 35..(index as u32 + 1) * 35 {
                     let difference = (alone.get(x, y, 0) - together.get(x, y, 0)).abs();

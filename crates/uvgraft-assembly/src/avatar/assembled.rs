@@ -8,8 +8,8 @@ use uvgraft_gltf::glb::VrmError;
 use uvgraft_pipeline::{Failure, Observer, Result};
 
 use super::body::RiggedBody;
-use super::dress::{self, Dressed};
 use super::face::Face;
+use super::face_transfer::{self, AvatarTextures};
 use super::ingredients::Ingredients;
 use super::maps::TransferredMaps;
 use super::plan::Plan;
@@ -51,7 +51,7 @@ impl Assembled {
         observer: &dyn Observer,
     ) -> Result<Self> {
         let Ingredients { file, given, parted, mut body, selfie } = ingredients;
-        let (shaped, dressed) = threads::join(
+        let (shaped, textures) = threads::join(
             || {
                 if let Some(selfie) = &selfie {
                     body.avatar = request.shaped(selfie, &given, body.avatar, &body.name)?;
@@ -73,23 +73,23 @@ impl Assembled {
                         (None, Some(face)) => Face::read(face, observer),
                         (None, None) => Err(Failure::input("a face texture is required")),
                     },
-                    || dress::base(request, preset),
+                    || face_transfer::base_texture(request, preset),
                 );
                 let mut base = base?;
                 if let Some(parted) = &parted {
                     parted.copy(&mut base);
                 }
-                dress::dress(request, &file, face?, base, preset, observer)
+                face_transfer::transfer_face(request, &file, face?, base, preset, observer)
             },
         );
-        let ((body, mouth), dressed) = (shaped?, dressed?);
+        let ((body, mouth), textures) = (shaped?, textures?);
         observer.check()?;
         check_bones(request, plan, &body)?;
         if let (Some((kind, solved)), Some(model)) = (&body.solved, request.model()) {
             expressions::report(model, *kind, solved, &body.avatar, observer);
         }
         let of_photos = selfie.map(|selfie| selfie.report(&file.source_name)).unwrap_or_default();
-        with_features(request, body, mouth, dressed, of_photos, observer)
+        with_features(request, body, mouth, textures, of_photos, observer)
     }
 }
 
@@ -108,12 +108,12 @@ fn with_features(
     request: &AvatarRequest,
     body: RiggedBody,
     mouth: FittedMouth,
-    dressed: Dressed<'_>,
+    textures: AvatarTextures<'_>,
     of_photos: Report,
     observer: &dyn Observer,
 ) -> Result<Assembled> {
     let RiggedBody { avatar, name, apart, grounds, license, .. } = body;
-    let Dressed { body: mut color, head, map_transfer, preview, labels } = dressed;
+    let AvatarTextures { body: mut color, head, map_transfer, preview, labels } = textures;
     request.draw_eyes(&avatar, &mut color, &name, observer);
     let (mut avatar, mouth) = match mouth {
         Some(mouth) => features::with_mouth(avatar, mouth, &mut color, &name, observer)?,
@@ -123,7 +123,7 @@ fn with_features(
         layout.apply(&mut avatar)?;
     }
     observer.check()?;
-    let maps = request.materials.carry(&map_transfer, color.size())?;
+    let maps = request.materials.transfer(&map_transfer, color.size())?;
     Ok(Assembled {
         avatar,
         name,

@@ -11,8 +11,8 @@ use uvgraft_files::input::Input;
 use uvgraft_pipeline::{Blame, Failure, Observer, Result};
 
 use super::betas::{Betas, far_from_people};
-use super::carried;
 use super::motions::{Performers, Recording};
+use super::named_expressions;
 use super::request::{AvatarRequest, Body};
 
 /// A rigged body with its animations.
@@ -50,7 +50,7 @@ impl RiggedBody {
         };
         if let Some(model) = &request.expressions {
             observer.begin("carrying the expressions")?;
-            carried::add(model, &mut body, observer)?;
+            named_expressions::add(model, &mut body, observer)?;
         }
         Ok(body)
     }

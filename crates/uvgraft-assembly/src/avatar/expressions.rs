@@ -74,7 +74,7 @@ mod tests {
         }
     }
 
-    fn told(fit: &ExpressionReport, avatar: &Avatar) -> Vec<String> {
+    fn warnings(fit: &ExpressionReport, avatar: &Avatar) -> Vec<String> {
         let log = Log::default();
         report(&Input::from("body.npz"), BodyKind::SmplX, fit, avatar, &log);
         log.0.into_inner().unwrap()
@@ -93,12 +93,12 @@ mod tests {
             "body.npz: expression `sad` reaches only 20 % of its target; left out",
             "body.npz: expression `angry` reaches only 70 % of its target",
         ];
-        assert_eq!(told(&fit, &avatar), wanted);
+        assert_eq!(warnings(&fit, &avatar), wanted);
         let none = ExpressionReport { has_none: true, ..ExpressionReport::default() };
-        assert_eq!(told(&none, &avatar).len(), 1);
+        assert_eq!(warnings(&none, &avatar).len(), 1);
         // Carried from another model.
         avatar.expressions.push(Expression::preset(ExpressionPreset::Sad, vec![(0, 1.0)]));
-        assert_eq!(told(&fit, &avatar), wanted[1..]);
-        assert_eq!(told(&none, &avatar), [""; 0]);
+        assert_eq!(warnings(&fit, &avatar), wanted[1..]);
+        assert_eq!(warnings(&none, &avatar), [""; 0]);
     }
 }

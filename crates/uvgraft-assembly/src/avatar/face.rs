@@ -8,7 +8,7 @@ use uvgraft_image as image;
 use uvgraft_io::fate;
 use uvgraft_pipeline::{Blame, Observer, Result, without_non_finite};
 
-use crate::selfie::MadeSelfie;
+use crate::selfie::FittedSelfie;
 
 /// A texture in the head's layout.
 pub(super) struct Face {
@@ -43,7 +43,7 @@ impl Face {
 
     /// The texture made of photographs. What they don't show of the face is completed already, so no
     /// texel is left to the body.
-    pub(super) fn of_selfie(selfie: &MadeSelfie) -> Self {
+    pub(super) fn of_selfie(selfie: &FittedSelfie) -> Self {
         let name = selfie.first_photo().to_path_buf();
         Self { texture: selfie.texture().clone(), confidence: None, name }
     }

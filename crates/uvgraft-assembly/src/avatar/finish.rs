@@ -12,8 +12,8 @@ use super::levels::Levels;
 use super::maps::Encoder;
 use super::plan::Plan;
 use super::request::AvatarRequest;
-use super::summary::{Made, Simplified};
-use super::{MadeAvatar, metadata, thumbnail};
+use super::summary::{AvatarSummary, Simplified};
+use super::{AvatarFiles, metadata, thumbnail};
 
 /// JPEG quality: textures are looked at closely, and base colours have no blur to hide blocks.
 const JPEG_QUALITY: u8 = 92;
@@ -25,7 +25,7 @@ impl Assembled {
         request: &AvatarRequest,
         plan: Plan,
         observer: &dyn Observer,
-    ) -> Result<MadeAvatar> {
+    ) -> Result<AvatarFiles> {
         let Fitted { avatar, normals, simplified } = Fitted::new(self.avatar, plan.triangles)?;
         observer.check()?;
         let levels = Levels::new(request.levels, &avatar, normals.as_deref())?;
@@ -44,7 +44,7 @@ impl Assembled {
             extras: if is_vrm { Default::default() } else { meta.extras(license) },
             thumbnail: shown.and_then(|shown| shown.thumbnail(&avatar, &looks, observer)),
             normals,
-            vrm: plan.vrm.map(|vrm| metadata::made_from(vrm, license)),
+            vrm: plan.vrm.map(|vrm| metadata::with_body_terms(vrm, license)),
             levels: levels.inside(),
         };
         observer.check()?;
@@ -54,7 +54,7 @@ impl Assembled {
         let exported = glb::write(&avatar, &looks, &export).map_err(|error| refused(&error))?;
         let coarser = levels.files(&looks, &export).map_err(|error| refused(&error))?;
         let coarser: Vec<Vec<u8>> = coarser.into_iter().map(|file| file.bytes).collect();
-        let made = Made {
+        let summary = AvatarSummary {
             file_name: &request.file_name,
             is_vrm,
             body: &self.name,
@@ -68,9 +68,9 @@ impl Assembled {
             levels: levels.rows(&coarser, &request.file_name),
             limits: plan.preset.as_ref().map(|preset| preset.limits),
         };
-        let report = made.report().after(self.of_photos);
+        let report = summary.report().after(self.of_photos);
         let (preview, labels) = (self.preview, self.labels);
-        Ok(MadeAvatar { file: exported.bytes, levels: coarser, preview, labels, report })
+        Ok(AvatarFiles { file: exported.bytes, levels: coarser, preview, labels, report })
     }
 }
 

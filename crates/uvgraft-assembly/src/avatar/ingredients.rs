@@ -11,7 +11,7 @@ use super::body::RiggedBody;
 use super::features;
 use super::plan::Plan;
 use super::request::AvatarRequest;
-use crate::selfie::MadeSelfie;
+use crate::selfie::FittedSelfie;
 
 pub(super) struct Ingredients {
     /// The pair; its target has a UV island for each eye where there is room for them.
@@ -21,7 +21,7 @@ pub(super) struct Ingredients {
     /// How the target's layout was changed.
     pub(super) parted: Option<SeparatedEyes>,
     pub(super) body: RiggedBody,
-    pub(super) selfie: Option<MadeSelfie>,
+    pub(super) selfie: Option<FittedSelfie>,
 }
 
 impl Ingredients {

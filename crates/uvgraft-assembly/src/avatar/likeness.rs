@@ -7,7 +7,7 @@ use uvgraft_pipeline::{Blame, Failure, Observer, Result};
 use uvgraft_selfie::Likeness;
 
 use super::request::AvatarRequest;
-use crate::selfie::{Frames, GivenHead, MadeSelfie};
+use crate::selfie::{FittedSelfie, Frames, GivenHead};
 
 impl AvatarRequest {
     /// Fits the head of a pair to photographs.
@@ -17,12 +17,12 @@ impl AvatarRequest {
         pair: &Pair,
         head: &str,
         observer: &dyn Observer,
-    ) -> Result<MadeSelfie> {
+    ) -> Result<FittedSelfie> {
         /// Side of the face texture: more than most photographs have of a face.
         const SIDE: u32 = 2048;
         let head = GivenHead { mesh: pair.source().clone(), name: head.to_owned(), flame: None };
         let options = &self.photo_options;
-        let selfie = MadeSelfie::new(head, frames, options, Size::square(SIDE), observer)?;
+        let selfie = FittedSelfie::new(head, frames, options, Size::square(SIDE), observer)?;
         selfie.warn(observer);
         Ok(selfie)
     }
@@ -33,7 +33,7 @@ impl AvatarRequest {
     /// - `pair`: from the head to the avatar's mesh.
     pub(super) fn shaped(
         &self,
-        selfie: &MadeSelfie,
+        selfie: &FittedSelfie,
         pair: &Pair,
         mut avatar: Avatar,
         name: &str,

@@ -36,7 +36,7 @@ impl MapTransfer<'_> {
     /// colours are excluded from it too.
     ///
     /// - `face`: the map of the head, if there is one; otherwise the base is unchanged.
-    pub(super) fn carry(
+    pub(super) fn transfer(
         &self,
         face: Option<Texture>,
         base: Texture,

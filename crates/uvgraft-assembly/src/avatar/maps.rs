@@ -5,7 +5,7 @@ use uvgraft::{
     TexelsMut, Texture,
 };
 use uvgraft_files::input::Input;
-use uvgraft_gltf::glb::{AvatarMaterial, Picture, PictureError, PictureFormat, ShadingModel};
+use uvgraft_gltf::glb::{AvatarMaterial, EmbedError, EmbeddedFormat, EmbeddedImage, ShadingModel};
 use uvgraft_image as image;
 use uvgraft_pipeline::{BaseSource, Blame, Failure, Result};
 
@@ -35,14 +35,14 @@ impl MaterialOptions {
     /// Transfers all maps.
     ///
     /// - `size`: of maps whose base is a constant.
-    pub(super) fn carry(
+    pub(super) fn transfer(
         &self,
         map_transfer: &MapTransfer<'_>,
         size: Size,
     ) -> Result<TransferredMaps> {
         let mut maps = TransferredMaps { body: Set::default(), head: Set::default() };
         for map in self.requested() {
-            let TransferredMap { body, head } = self.carry_one(&map, map_transfer, size)?;
+            let TransferredMap { body, head } = self.transfer_map(&map, map_transfer, size)?;
             maps.body.put(map.role, body);
             if let Some(head) = head {
                 maps.head.put(map.role, head);
@@ -51,7 +51,7 @@ impl MaterialOptions {
         Ok(maps)
     }
 
-    fn carry_one(
+    fn transfer_map(
         &self,
         map: &MapRequest<'_>,
         map_transfer: &MapTransfer<'_>,
@@ -90,7 +90,7 @@ impl MaterialOptions {
             _ => Content::Data,
         };
         let face = map.face.map(read).transpose()?;
-        map_transfer.carry(face, base, content)
+        map_transfer.transfer(face, base, content)
     }
 
     /// A normal map of the body, converted to green up.
@@ -128,11 +128,11 @@ impl Set {
     }
 
     /// Puts the maps into a material.
-    fn dress(
+    fn add_to(
         self,
         looks: &mut AvatarMaterial,
         how: &Encoder,
-    ) -> std::result::Result<(), PictureError> {
+    ) -> std::result::Result<(), EmbedError> {
         looks.normal = self.normal.map(|map| how.data(rgb(map))).transpose()?;
         looks.emissive = self.emissive.map(|map| how.color(rgb(map))).transpose()?;
         let has_occlusion = self.occlusion.is_some() || self.orm.is_some();
@@ -164,10 +164,10 @@ impl TransferredMaps {
         self,
         colors: (Texture, Option<Texture>),
         how: &Encoder,
-    ) -> std::result::Result<Vec<AvatarMaterial>, PictureError> {
+    ) -> std::result::Result<Vec<AvatarMaterial>, EmbedError> {
         let style = how.style;
         let mut body = AvatarMaterial { style, ..AvatarMaterial::new(how.color(colors.0)?) };
-        self.body.dress(&mut body, how)?;
+        self.body.add_to(&mut body, how)?;
         let mut all = vec![body];
         if let Some(color) = colors.1 {
             let color = how.color(color)?;
@@ -177,7 +177,7 @@ impl TransferredMaps {
                 name: "head".to_owned(),
                 ..AvatarMaterial::new(color)
             };
-            self.head.dress(&mut head, how)?;
+            self.head.add_to(&mut head, how)?;
             all.push(head);
         }
         Ok(all)
@@ -186,23 +186,23 @@ impl TransferredMaps {
 
 /// How textures are encoded.
 pub(super) struct Encoder {
-    pub(super) format: PictureFormat,
+    pub(super) format: EmbeddedFormat,
     pub(super) quality: u8,
     pub(super) style: ShadingModel,
 }
 
 impl Encoder {
-    fn color(&self, texture: Texture) -> std::result::Result<Picture, PictureError> {
-        Picture::encode(texture, self.format, self.quality)
+    fn color(&self, texture: Texture) -> std::result::Result<EmbeddedImage, EmbedError> {
+        EmbeddedImage::encode(texture, self.format, self.quality)
     }
 
     /// The blocks of a JPEG would show in highlights, so data maps are stored as PNG instead.
-    fn data(&self, texture: Texture) -> std::result::Result<Picture, PictureError> {
+    fn data(&self, texture: Texture) -> std::result::Result<EmbeddedImage, EmbedError> {
         let format = match self.format {
-            PictureFormat::Jpeg => PictureFormat::Png,
+            EmbeddedFormat::Jpeg => EmbeddedFormat::Png,
             other => other,
         };
-        Picture::encode(texture.with_encoding(Encoding::Data), format, self.quality)
+        EmbeddedImage::encode(texture.with_encoding(Encoding::Data), format, self.quality)
     }
 }
 
@@ -217,7 +217,7 @@ fn grey(texture: Texture) -> Texture {
 /// Packs three maps into the channels of one, at the size of the largest.
 ///
 /// - `maps`: each with its default value.
-fn packed(maps: [(Option<Texture>, f32); 3]) -> std::result::Result<Texture, PictureError> {
+fn packed(maps: [(Option<Texture>, f32); 3]) -> std::result::Result<Texture, EmbedError> {
     let sizes = maps.iter().filter_map(|(map, _)| Some(map.as_ref()?.size()));
     let size = sizes.max_by_key(|size| size.texels()).unwrap_or(Size::square(1));
     let mut values = vec![0_u8; 3 * size.texels()];

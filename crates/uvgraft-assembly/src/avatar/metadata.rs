@@ -92,7 +92,7 @@ fn is_url(text: &str) -> bool {
 }
 
 /// Adds the terms of the body model to the third-party licences of a VRM file.
-pub(super) fn made_from(mut vrm: VrmMeta, body: Option<&str>) -> VrmMeta {
+pub(super) fn with_body_terms(mut vrm: VrmMeta, body: Option<&str>) -> VrmMeta {
     if let Some(body) = body {
         let given = vrm.third_party_licenses.as_deref();
         let lines: Vec<&str> = given.into_iter().chain([body]).collect();

@@ -4,17 +4,16 @@
 //!
 //! 1. `plan`: the request is checked before any large file is read.
 //! 2. `ingredients`: the pair, the rigged body with its animations, and what photographs show.
-//! 3. `dress`: the face on the body's texture, while the body gets its shape and a mouth is fitted.
+//! 3. `face_transfer`: the face on the body's texture, while the body gets its shape and a mouth is fitted.
 //! 4. `assembled`: eyes, mouth, the head's own layout and other maps.
 //! 5. `finish`: fewer triangles, levels of detail, and the files.
 
 mod assembled;
 mod betas;
 mod body;
-mod carried;
-mod dress;
 mod expressions;
 mod face;
+mod face_transfer;
 mod features;
 mod finish;
 mod ingredients;
@@ -26,6 +25,7 @@ mod maps;
 mod materials;
 mod metadata;
 mod motions;
+mod named_expressions;
 mod pair;
 mod plan;
 mod request;
@@ -50,7 +50,7 @@ use crate::report::Report;
 /// An avatar: files in memory, and what there is to say about it.
 #[derive(Debug, Clone, PartialEq)]
 #[non_exhaustive]
-pub struct MadeAvatar {
+pub struct AvatarFiles {
     /// The GLB or VRM file.
     pub file: Vec<u8>,
     /// Files of coarser levels of detail; see [`level_file`] for their names.
@@ -72,7 +72,7 @@ impl AvatarRequest {
     /// # Errors
     /// As bad input for options that contradict each other, for files that cannot be read or do not go
     /// together, and for a body that the format cannot hold.
-    pub fn make(&self, observer: &dyn Observer) -> Result<MadeAvatar> {
+    pub fn make(&self, observer: &dyn Observer) -> Result<AvatarFiles> {
         let plan = Plan::new(self)?;
         Plan::warn(self, observer);
         let ingredients = Ingredients::gather(self, &plan, observer)?;

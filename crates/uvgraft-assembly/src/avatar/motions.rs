@@ -105,6 +105,19 @@ impl Recording {
         if let Some(why) = why {
             observer.note(format_args!("{file}: falling back to `ground` feet: {why}"));
         }
+        self.doubt(&report, observer);
+        self.note(playing, observer);
+        if ground == GroundMode::Keep {
+            self.note_distance(&avatar.skeleton, &clip, observer);
+        }
+        let frames = clip.poses.len();
+        avatar.clips.push(clip);
+        Ok(format!("{name}: {}", said(&report, ground, frames)))
+    }
+
+    /// Warns of what is implausible, uncertain or not used.
+    fn doubt(&self, report: &Retarget, observer: &dyn Observer) {
+        let file = &self.file;
         if !report.missing.is_empty() {
             let missing = report.missing.join(", ");
             observer.note(format_args!("{file}: skipped joints that the body lacks: {missing}"));
@@ -116,20 +129,7 @@ impl Recording {
                  it"
             ));
         }
-        self.doubt(report.up, observer);
-        self.note(playing, observer);
-        if ground == GroundMode::Keep {
-            self.note_distance(&avatar.skeleton, &clip, observer);
-        }
-        let frames = clip.poses.len();
-        avatar.clips.push(clip);
-        Ok(format!("{name}: {}", said(&report, ground, frames)))
-    }
-
-    /// Warns of what is implausible.
-    fn doubt(&self, up: UpAxis, observer: &dyn Observer) {
-        let file = &self.file;
-        for doubt in self.motion.doubts(up) {
+        for doubt in self.motion.doubts(report.up) {
             observer.warn(format_args!("{file}: {doubt}"));
         }
         if !self.motion.unused().is_empty() {

@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 
 use uvgraft::Size;
 use uvgraft_files::input::Input;
-use uvgraft_gltf::glb::{PictureFormat, VrmMeta};
+use uvgraft_gltf::glb::{EmbeddedFormat, VrmMeta};
 use uvgraft_gltf::preset::Preset;
 use uvgraft_pipeline::{BaseSource, Failure, Observer, Result};
 
@@ -19,7 +19,7 @@ pub(super) struct Plan {
     pub(super) preset: Option<Preset>,
     /// Maximum number of triangles.
     pub(super) triangles: Option<usize>,
-    pub(super) format: PictureFormat,
+    pub(super) format: EmbeddedFormat,
     /// Metadata, if the output is a VRM file.
     pub(super) vrm: Option<VrmMeta>,
     /// Photographs, if the face is made of them.
@@ -185,17 +185,17 @@ fn check_body(request: &AvatarRequest) -> Result<()> {
 }
 
 /// The format of embedded textures.
-fn check_textures(request: &AvatarRequest, preset: Option<&Preset>) -> Result<PictureFormat> {
+fn check_textures(request: &AvatarRequest, preset: Option<&Preset>) -> Result<EmbeddedFormat> {
     let textures = &request.textures;
-    if cfg!(not(feature = "ktx2")) && textures.format == Some(PictureFormat::Ktx2) {
+    if cfg!(not(feature = "ktx2")) && textures.format == Some(EmbeddedFormat::Ktx2) {
         return Err(Failure::option(
             "`texture_format` ktx2 needs a build with the feature `ktx2`; use png, jpeg or webp",
         ));
     }
     let format = preset.map(|preset| preset.format).or(textures.format);
-    let format = format.unwrap_or(PictureFormat::Png);
+    let format = format.unwrap_or(EmbeddedFormat::Png);
     match textures.quality {
-        Some(_) if format != PictureFormat::Jpeg => {
+        Some(_) if format != EmbeddedFormat::Jpeg => {
             return Err(Failure::option(
                 "`quality` needs JPEG textures: add `texture_format` jpeg",
             ));

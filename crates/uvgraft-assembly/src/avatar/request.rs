@@ -5,7 +5,7 @@ use std::path::PathBuf;
 use uvgraft::{Filter, MapOptions, NormalY, Prefer, Size, choices};
 use uvgraft_avatar::motion::{GroundMode, UpAxis};
 use uvgraft_files::input::Input;
-use uvgraft_gltf::glb::{Permissions, PictureFormat, ShadingModel};
+use uvgraft_gltf::glb::{EmbeddedFormat, Permissions, ShadingModel};
 use uvgraft_gltf::preset::Preset;
 use uvgraft_pipeline::{BaseSource, BlendSettings, Region};
 
@@ -45,7 +45,7 @@ pub struct AvatarRequest {
     pub betas: Option<Betas>,
     /// The body's shape by names, of bodies that have some.
     pub shape: Option<Vec<(String, f32)>>,
-    /// A model file whose named expressions are carried to the body.
+    /// A model file whose named expressions are transferred to the body.
     pub expressions: Option<Input>,
     /// Animations.
     pub motions: MotionOptions,
@@ -110,7 +110,7 @@ pub struct TextureOptions {
     /// One texture, or the head's beside the body's.
     pub layout: TextureLayout,
     /// Image format of the textures; by default the preset's, or PNG.
-    pub format: Option<PictureFormat>,
+    pub format: Option<EmbeddedFormat>,
     /// Quality of JPEG textures, 1 to 100; by default 92.
     pub quality: Option<u8>,
     /// The interpolation filter; by default Lanczos-3 for colours and bilinear for data.

@@ -5,13 +5,14 @@ use std::path::Path;
 
 use uvgraft_avatar::Avatar;
 use uvgraft_avatar::body::Deviation;
+use uvgraft_avatar::rig::Clip;
 use uvgraft_gltf::glb::{self, AvatarMaterial};
 use uvgraft_gltf::preset::{Limits, Measurements};
 
 use crate::report::{Report, grouped, megabytes};
 
 /// An avatar that was made.
-pub(super) struct Made<'a> {
+pub(super) struct AvatarSummary<'a> {
     pub(super) file_name: &'a Path,
     pub(super) is_vrm: bool,
     pub(super) body: &'a str,
@@ -41,7 +42,7 @@ pub(super) struct Simplified {
     pub(super) wanted: usize,
 }
 
-impl Made<'_> {
+impl AvatarSummary<'_> {
     pub(super) fn report(&self) -> Report {
         let (figures, avatar) = (self.figures, self.avatar);
         let mut report = Report::default();
@@ -52,17 +53,8 @@ impl Made<'_> {
         if let Some(triangles) = self.mouth {
             row("mouth", format!("cavity, teeth and tongue, {} triangles", grouped(triangles)));
         }
-        if let Some(Simplified { before, hidden, after, wanted }) =
-            self.simplified.filter(|simplified| simplified.before != simplified.after)
-        {
-            let mut how = format!("from {} triangles", grouped(before));
-            if hidden > 0 {
-                let _ = write!(how, ", {} of them hidden inside the eyes", grouped(hidden));
-            }
-            if after > wanted {
-                let _ = write!(how, "; requested {}", grouped(wanted));
-            }
-            row("simplified", how);
+        if let Some(simplified) = self.simplified.filter(|it| it.before != it.after) {
+            row("simplified", simplified.text());
         }
         row("joints", grouped(figures.joints));
         let sizes: Vec<String> = self.looks.iter().map(textures).collect();
@@ -73,13 +65,7 @@ impl Made<'_> {
             avatar.expressions.iter().map(|expression| &*expression.name).collect();
         let only = if self.is_vrm { "" } else { " (by these names in a .vrm)" };
         row("expressions", format!("{}{only}", listed(&names)));
-        let clips: Vec<String> = avatar
-            .clips
-            .iter()
-            .map(|clip| {
-                format!("{} ({:.1} s, {} frames)", clip.name, clip.seconds(), clip.times.len())
-            })
-            .collect();
+        let clips: Vec<String> = avatar.clips.iter().map(clip_text).collect();
         row("animations", listed(&clips.iter().map(String::as_str).collect::<Vec<_>>()));
         for ground in self.grounds {
             row("ground", ground.clone());
@@ -111,20 +97,40 @@ impl Made<'_> {
         }
         row("written", format!("{}, {}", self.file_name.display(), megabytes(figures.bytes)));
         if let Some(limits) = self.limits {
-            let measured = Measurements::new(figures, self.looks);
-            let rank = limits.rank(&measured).unwrap_or("beyond its limits");
-            match limits.before {
-                Some(before) => {
-                    report.below(format_args!("\n{} {before}: {rank}", limits.platform));
-                }
-                None => report.below(format_args!("\n{}: {rank}", limits.platform)),
-            }
-            for line in limits.report(&measured) {
-                report.below(format_args!("  {line}"));
-            }
+            self.compare_with(limits, &mut report);
         }
         report
     }
+
+    /// Adds how the avatar compares with the limits of a platform.
+    fn compare_with(&self, limits: &Limits, report: &mut Report) {
+        let measured = Measurements::new(self.figures, self.looks);
+        let rank = limits.rank(&measured).unwrap_or("beyond its limits");
+        match limits.before {
+            Some(before) => report.below(format_args!("\n{} {before}: {rank}", limits.platform)),
+            None => report.below(format_args!("\n{}: {rank}", limits.platform)),
+        }
+        for line in limits.report(&measured) {
+            report.below(format_args!("  {line}"));
+        }
+    }
+}
+
+impl Simplified {
+    fn text(self) -> String {
+        let mut text = format!("from {} triangles", grouped(self.before));
+        if self.hidden > 0 {
+            let _ = write!(text, ", {} of them hidden inside the eyes", grouped(self.hidden));
+        }
+        if self.after > self.wanted {
+            let _ = write!(text, "; requested {}", grouped(self.wanted));
+        }
+        text
+    }
+}
+
+fn clip_text(clip: &Clip) -> String {
+    format!("{} ({:.1} s, {} frames)", clip.name, clip.seconds(), clip.times.len())
 }
 
 /// The sizes of a material's textures.

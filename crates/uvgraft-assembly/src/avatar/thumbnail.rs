@@ -2,7 +2,7 @@
 
 use uvgraft::{Averaging, Filter, Size, Texture};
 use uvgraft_avatar::Avatar;
-use uvgraft_gltf::glb::{AvatarMaterial, Picture, PictureFormat, ShadingModel};
+use uvgraft_gltf::glb::{AvatarMaterial, EmbeddedFormat, EmbeddedImage, ShadingModel};
 use uvgraft_pipeline::Observer;
 use uvgraft_render::thumbnail;
 
@@ -11,7 +11,7 @@ const SIDE: u32 = 512;
 const JPEG_QUALITY: u8 = 88;
 
 /// Textures for drawing the thumbnail, reduced to the detail that it shows.
-pub(super) struct Colors(Vec<Picture>);
+pub(super) struct Colors(Vec<EmbeddedImage>);
 
 impl Colors {
     /// - `textures`: the colours of each material.
@@ -27,7 +27,7 @@ impl Colors {
             let size = Size::new(scaled(width), scaled(height));
             let smaller =
                 texture.clone().resized(size, Filter::Bilinear, Averaging::Encoded).ok()?;
-            Picture::encode(smaller, PictureFormat::Jpeg, 95).ok()
+            EmbeddedImage::encode(smaller, EmbeddedFormat::Jpeg, 95).ok()
         };
         Self(textures.into_iter().filter_map(picture).collect())
     }
@@ -40,7 +40,7 @@ impl Colors {
         avatar: &Avatar,
         looks: &[AvatarMaterial],
         observer: &dyn Observer,
-    ) -> Option<Picture> {
+    ) -> Option<EmbeddedImage> {
         let looks: Vec<AvatarMaterial> = looks
             .iter()
             .zip(self.0)
@@ -56,7 +56,7 @@ impl Colors {
             .collect();
         let drawn = thumbnail(avatar, &looks, SIDE).map_err(|error| error.to_string());
         let encoded = drawn.and_then(|picture| {
-            Picture::encode(picture, PictureFormat::Jpeg, JPEG_QUALITY)
+            EmbeddedImage::encode(picture, EmbeddedFormat::Jpeg, JPEG_QUALITY)
                 .map_err(|error| error.to_string())
         });
         encoded.map_err(|error| observer.warn(format_args!("no thumbnail: {error}"))).ok()

@@ -7,7 +7,7 @@
 use tiny_skia::{Color, FillRule, LineCap, Paint, Path, PathBuilder, PixmapMut, Stroke, Transform};
 use uvgraft::Size;
 
-use super::picture::Rgb;
+use super::sheet::Rgb;
 
 /// Beyond the canvas, in pixels: wider than any line.
 const MARGIN: f64 = 64.0;

@@ -2,7 +2,7 @@
 
 mod canvas;
 mod font;
-mod picture;
+mod sheet;
 
 pub use self::canvas::{Canvas, Lines, Pen};
-pub use self::picture::{Picture, Rgb, check_name, write};
+pub use self::sheet::{Rgb, Sheet, check_name, write};

@@ -13,7 +13,7 @@ use uvgraft::{Blend, Direction, Graft, MapOptions, Mesh, SamplingMap, Size, Size
 use uvgraft_io::pair_file::PairFile;
 use uvgraft_pipeline::{Blame, Result};
 
-use crate::drawing::{Pen, Picture, Rgb};
+use crate::drawing::{Pen, Rgb, Sheet};
 use crate::report::grouped;
 
 /// Side of a layout's panel, in pixels.
@@ -33,7 +33,7 @@ const FAINT_TEXT: Rgb = [160, 166, 176];
 ///
 /// # Errors
 /// If the blend is not one of the pair.
-pub fn of_region(file: &PairFile, blend: &Arc<Blend>) -> Result<Picture> {
+pub fn of_region(file: &PairFile, blend: &Arc<Blend>) -> Result<Sheet> {
     let direction = blend.domain().direction();
     // Weights do not depend on the size of textures.
     let sizes = Sizes { from: Size::square(1), to: Size::square(PANEL) };
@@ -69,7 +69,7 @@ fn weight_color(weight: f32) -> Rgb {
 ///
 /// # Errors
 /// If the meshes cannot be drawn.
-pub fn of_pair(file: &PairFile, registered: Option<&SurfaceReport>) -> Result<Picture> {
+pub fn of_pair(file: &PairFile, registered: Option<&SurfaceReport>) -> Result<Sheet> {
     let below = if registered.is_some() { surfaces::HEIGHT } else { 0 };
     let mut picture = layouts(file, below, by_place)?;
     if let Some(report) = registered {
@@ -92,9 +92,9 @@ fn layouts(
     file: &PairFile,
     below: u32,
     color: impl Fn(Direction, [f64; 2], [f64; 2]) -> Rgb,
-) -> Result<Picture> {
+) -> Result<Sheet> {
     let size = Size::new(2 * PANEL + 3 * MARGIN, PANEL + CAPTION + 2 * MARGIN + below);
-    let mut picture = Picture::new(size, BACKGROUND);
+    let mut picture = Sheet::new(size, BACKGROUND);
     for (index, (title, direction)) in (0u32..).zip([
         (format!("source: {}", file.source_name), Direction::Reverse),
         (format!("target: {}", file.target_name), Direction::Forward),
@@ -133,7 +133,7 @@ fn panel(
     color: impl Fn([f64; 2], [f64; 2]) -> Rgb,
 ) -> Result<Texture> {
     let mesh = file.pair.to(direction);
-    let mut panel = Picture::new(Size::square(PANEL), BACKGROUND.map(|value| value / 2));
+    let mut panel = Sheet::new(Size::square(PANEL), BACKGROUND.map(|value| value / 2));
     let all = SamplingMap::of_layout(mesh, panel.size(), &MapOptions::with_gutter(0));
     for y in 0..PANEL {
         for run in all.row(y) {
@@ -151,7 +151,7 @@ fn color_linked(
     file: &PairFile,
     direction: Direction,
     gutter_px: u32,
-    picture: &mut Picture,
+    picture: &mut Sheet,
     color: impl Fn([f64; 2], [f64; 2]) -> Rgb,
 ) {
     let size = picture.size();
@@ -188,8 +188,8 @@ fn place_color([u, v]: [f64; 2]) -> Rgb {
 /// Draws the wireframe of a layout faintly and the borders of its islands clearly.
 ///
 /// # Errors
-/// As [`Picture::draw`].
-pub fn draw_lines(mesh: &Mesh, panel: &mut Picture) -> Result<()> {
+/// As [`Sheet::draw`].
+pub fn draw_lines(mesh: &Mesh, panel: &mut Sheet) -> Result<()> {
     let at = |index: u32| mesh.uv()[index as usize].map(|value| f64::from(value * PANEL as f32));
     panel.draw(|canvas| {
         let [mut wires, mut borders] = [canvas.lines(), canvas.lines()];

@@ -11,7 +11,7 @@ use uvgraft_pipeline::{Blame, Result};
 use uvgraft_render::{Bounds, Shading, View, render};
 
 use super::{CAPTION, FAINT_TEXT, MARGIN, PANEL, TEXT, UNLINKED, by_place, color_linked};
-use crate::drawing::Picture;
+use crate::drawing::Sheet;
 
 /// Height of the views with their captions.
 pub(super) const HEIGHT: u32 = CAPTION + VIEW + MARGIN;
@@ -21,7 +21,7 @@ const AZIMUTHS: [f32; 2] = [0.0, 50.0];
 const VIEW: u32 = (PANEL - MARGIN) / AZIMUTHS.len() as u32;
 
 /// Draws the surfaces below the layouts.
-pub(super) fn draw(file: &PairFile, report: &SurfaceReport, picture: &mut Picture) -> Result<()> {
+pub(super) fn draw(file: &PairFile, report: &SurfaceReport, picture: &mut Sheet) -> Result<()> {
     let stage = Stage::new(file.pair.source());
     let alignment = DMat4::from_cols_array_2d(&report.alignment).transpose();
     let top = picture.size().height - HEIGHT;
@@ -96,7 +96,7 @@ impl Stage {
 fn texture(file: &PairFile, direction: Direction) -> Result<Texture> {
     // Hides the borders of islands from the renderer's filter.
     const GUTTER_PX: u32 = 8;
-    let mut picture = Picture::new(Size::square(2 * PANEL), UNLINKED);
+    let mut picture = Sheet::new(Size::square(2 * PANEL), UNLINKED);
     color_linked(file, direction, GUTTER_PX, &mut picture, |here, there| {
         by_place(direction, here, there)
     });

@@ -29,7 +29,7 @@ impl OutsideFaces {
     }
 
     /// How many there are, as the beginning of a message.
-    pub(crate) fn told(&self, name: &str) -> String {
+    pub(crate) fn message_start(&self, name: &str) -> String {
         let triangles = if self.count == 1 { "triangle has" } else { "triangles have" };
         let count = grouped(self.count);
         format!("{name}: {count} {triangles} UV coordinates outside the unit square")
@@ -42,7 +42,7 @@ impl OutsideFaces {
 pub(super) fn warn_of_outside(meshes: [&Mesh; 2], names: [&str; 2], observer: &dyn Observer) {
     for (mesh, name) in meshes.into_iter().zip(names) {
         let Some(outside) = OutsideFaces::of(mesh) else { continue };
-        let mut text = outside.told(name);
+        let mut text = outside.message_start(name);
         let OutsideFaces { count, in_tiles, tiles } = outside;
         if in_tiles > 0 {
             text += &format!(

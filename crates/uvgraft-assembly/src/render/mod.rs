@@ -171,7 +171,7 @@ impl RenderRequest {
         let options = RenderOptions { lit: !self.unlit, background, floor, ..Default::default() };
         let renderers = match textures.is_empty() {
             true => vec![Renderer::for_scene(&scene)],
-            false => dressed(&scene, &textures).map_err(named)?,
+            false => retextured(&scene, &textures).map_err(named)?,
         };
         let (name, size) = (name.to_string(), self.size);
         Ok(Rendering { name, scene, renderers, frames, views, options, size })
@@ -258,7 +258,7 @@ impl RenderRequest {
 }
 
 /// Renderers of a scene, each with another texture in place of the scene's.
-fn dressed(scene: &Scene, textures: &[Texture]) -> Result<Vec<Renderer>> {
+fn retextured(scene: &Scene, textures: &[Texture]) -> Result<Vec<Renderer>> {
     let drawn = scene.pose(&PoseRequest::default()).or_work()?;
     let materials = drawn.iter().map(|primitive| &scene.materials()[primitive.material]);
     let replaced: BTreeMap<usize, &str> =

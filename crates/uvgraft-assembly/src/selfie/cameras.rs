@@ -4,7 +4,7 @@ use serde::Serialize;
 use uvgraft_pipeline::{Blame, Result};
 use uvgraft_selfie::FittedPhoto;
 
-use super::made::MadeSelfie;
+use super::fitted::FittedSelfie;
 
 #[derive(Serialize)]
 struct Document {
@@ -28,7 +28,7 @@ struct CameraEntry {
     residual_px: f64,
 }
 
-impl MadeSelfie {
+impl FittedSelfie {
     /// The cameras in the order of the photographs, as JSON.
     ///
     /// For each: `rotation` (by rows) and `translation` from the head's space to the camera's, whose x

@@ -1,8 +1,8 @@
 //! The texture and the shape of a head, from photographs of a face.
 
 mod cameras;
+mod fitted;
 mod frames;
-mod made;
 mod networks;
 mod photo;
 mod request;
@@ -11,7 +11,7 @@ mod summary;
 mod tracked;
 mod window;
 
+pub use self::fitted::FittedSelfie;
+pub(crate) use self::fitted::GivenHead;
 pub(crate) use self::frames::Frames;
-pub(crate) use self::made::GivenHead;
-pub use self::made::MadeSelfie;
 pub use self::request::{FocalLength, Head, Networks, PhotoOptions, SelfieRequest};

@@ -9,8 +9,8 @@ use uvgraft_pipeline::{Blame, Failure, Observer, Result};
 use uvgraft_selfie::Relight;
 use uvgraft_selfie::landmarks::FaceChoice;
 
+use super::fitted::{FittedSelfie, GivenHead};
 use super::frames::Frames;
-use super::made::{GivenHead, MadeSelfie};
 use super::tracked;
 use crate::{existing, mesh_file};
 
@@ -194,15 +194,15 @@ impl SelfieRequest {
     /// Finds the face in the photographs, fits the head's shape to it, and makes the texture.
     ///
     /// - `observer`: receives warnings of frames that are left out; what may look worse than it could is
-    ///   told by [`MadeSelfie::warn`]. It may cancel the work between its steps.
+    ///   reported by [`FittedSelfie::warn`]. It may cancel the work between its steps.
     ///
     /// # Errors
     /// As bad input for photographs without a usable face, a mesh without a head, and networks that
     /// were not imported.
-    pub fn make(&self, observer: &dyn Observer) -> Result<MadeSelfie> {
+    pub fn make(&self, observer: &dyn Observer) -> Result<FittedSelfie> {
         let frames = self.checked()?;
         let head = self.given_head(observer)?;
-        MadeSelfie::new(head, &frames, &self.photo_options, self.size, observer)
+        FittedSelfie::new(head, &frames, &self.photo_options, self.size, observer)
     }
 
     fn checked(&self) -> Result<Frames> {

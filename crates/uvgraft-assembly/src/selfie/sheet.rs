@@ -9,10 +9,10 @@ use uvgraft_pipeline::{Blame, Result};
 use uvgraft_render::{Shading, View, render};
 use uvgraft_selfie::depth_map::DepthMap;
 
-use super::made::MadeSelfie;
+use super::fitted::FittedSelfie;
 use super::photo::Photo;
 use super::window::Bounds;
-use crate::drawing::{Pen, Picture};
+use crate::drawing::{Pen, Sheet};
 use crate::pair_picture::{BACKGROUND, MARGIN};
 
 /// Side of a panel, and the height of the text above it.
@@ -27,7 +27,7 @@ const AZIMUTHS: [f32; 3] = [0.0, 20.0, 35.0];
 /// A picture with its caption.
 type Panel = (String, Texture);
 
-impl MadeSelfie {
+impl FittedSelfie {
     /// Draws the contact sheet.
     ///
     /// # Errors
@@ -37,7 +37,7 @@ impl MadeSelfie {
     }
 }
 
-fn sheet(selfie: &MadeSelfie) -> Result<Texture> {
+fn sheet(selfie: &FittedSelfie) -> Result<Texture> {
     let (mut originals, mut fits) = (Vec::new(), Vec::new());
     for (index, photo) in selfie.photos.iter().enumerate() {
         let view = PhotoView::new(photo);
@@ -53,7 +53,7 @@ fn sheet(selfie: &MadeSelfie) -> Result<Texture> {
     }
     let share = format!("known: {:.0} % of the face", 100.0 * selfie.known_share());
     let known = (share, known(selfie)?);
-    let texture = ("texture".to_owned(), panel_of(&selfie.made.texture).or_work()?);
+    let texture = ("texture".to_owned(), panel_of(&selfie.textured.texture).or_work()?);
     let mut results = results(selfie)?;
     let blocks = if let [_] = &*selfie.photos {
         originals.extend(fits);
@@ -68,11 +68,11 @@ fn sheet(selfie: &MadeSelfie) -> Result<Texture> {
 }
 
 /// Arranges panels in rows; each block begins a row.
-fn arranged(blocks: Vec<Vec<Panel>>) -> Picture {
+fn arranged(blocks: Vec<Vec<Panel>>) -> Sheet {
     let rows: u32 = blocks.iter().map(|block| (block.len() as u32).div_ceil(COLUMNS)).sum();
     let size =
         Size::new(COLUMNS * (PANEL + MARGIN) + MARGIN, rows * (PANEL + CAPTION + MARGIN) + MARGIN);
-    let mut sheet = Picture::new(size, BACKGROUND);
+    let mut sheet = Sheet::new(size, BACKGROUND);
     let mut first_row = 0;
     for block in blocks {
         let rows = (block.len() as u32).div_ceil(COLUMNS);
@@ -140,7 +140,7 @@ impl PhotoView {
     }
 
     fn landmarks(&self, photo: &Photo, pixels: &Texture) -> Result<Texture> {
-        let mut panel = Picture::new(Size::square(PANEL), BACKGROUND);
+        let mut panel = Sheet::new(Size::square(PANEL), BACKGROUND);
         panel.paste(&self.picture(pixels).or_work()?, 0, 0);
         let points = photo.landmarks.points.iter().map(|&[x, y, _]| self.point(photo, [x, y]));
         panel.draw(|canvas| canvas.dots(points, 1.4, [90, 255, 120], 235))?;
@@ -148,7 +148,7 @@ impl PhotoView {
     }
 
     /// The fitted head's edges over the photograph.
-    fn fitted(&self, selfie: &MadeSelfie, index: usize) -> Result<Texture> {
+    fn fitted(&self, selfie: &FittedSelfie, index: usize) -> Result<Texture> {
         let (photo, fitted) = (&selfie.photos[index], &selfie.fit.photos[index]);
         let projected: Vec<[f64; 3]> = fitted
             .posed
@@ -159,7 +159,7 @@ impl PhotoView {
                 [x, y, depth]
             })
             .collect();
-        let mut panel = Picture::new(Size::square(PANEL), BACKGROUND);
+        let mut panel = Sheet::new(Size::square(PANEL), BACKGROUND);
         panel.paste(&self.picture(&selfie.pixels[index]).or_work()?, 0, 0);
         let lines = seen_edges(selfie.head.mesh(), &projected, selfie.head.unit());
         panel.draw(|canvas| {
@@ -202,9 +202,9 @@ fn seen_edges(mesh: &Mesh, projected: &[[f64; 3]], unit: f64) -> Vec<[[f64; 2]; 
 }
 
 /// The texture, darkened where it is not known.
-fn known(selfie: &MadeSelfie) -> Result<Texture> {
-    let color = panel_of(&selfie.made.texture).or_work()?;
-    let known = panel_of(&selfie.made.known).or_work()?;
+fn known(selfie: &FittedSelfie) -> Result<Texture> {
+    let color = panel_of(&selfie.textured.texture).or_work()?;
+    let known = panel_of(&selfie.textured.known).or_work()?;
     let (Texels::U8(color), Texels::U8(known)) = (color.into_texels(), known.into_texels()) else {
         unreachable!("panels have 8 bits")
     };
@@ -226,7 +226,7 @@ fn panel_of(texture: &Texture) -> std::result::Result<Texture, TextureError> {
 }
 
 /// The textured head from each side.
-fn results(selfie: &MadeSelfie) -> Result<Vec<Panel>> {
+fn results(selfie: &FittedSelfie) -> Result<Vec<Panel>> {
     let frame = selfie.head.anatomy().frame();
     let local = |at: &DVec3| frame.local(at.to_array()).map(|value| value as f32);
     // In eye distances, facing the camera.
@@ -235,7 +235,7 @@ fn results(selfie: &MadeSelfie) -> Result<Vec<Panel>> {
     let shot = |azimuth| {
         let (target, height) = ([0.0, -0.2, -1.0], 5.2);
         let view = View { azimuth, elevation: 0.0, target, height, floor: false };
-        let texture = &selfie.made.texture;
+        let texture = &selfie.textured.texture;
         let picture = render(&mesh, texture, |_| Shading::Matt, &view, Size::square(PANEL));
         (format!("result at {azimuth}\u{b0}"), picture)
     };

@@ -3,11 +3,11 @@
 use uvgraft_pipeline::Observer;
 use uvgraft_selfie::FittedPhoto;
 
-use super::made::MadeSelfie;
+use super::fitted::FittedSelfie;
 use super::photo::{FocalSource, Photo};
 use crate::report::{Report, grouped};
 
-impl MadeSelfie {
+impl FittedSelfie {
     /// Warns an observer of what may look worse than it could.
     pub fn warn(&self, observer: &dyn Observer) {
         /// In distances between the eyes. Photographs of people gave at most a third of it.

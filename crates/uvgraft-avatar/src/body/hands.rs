@@ -1,4 +1,4 @@
-//! Hand poses from a few principal components, as in SMPL-H and SMPL-X.
+//! HandPoseSpace poses from a few principal components, as in SMPL-H and SMPL-X.
 
 use super::fields::{Axis, Fields};
 use super::{BodyError, BodyModel};
@@ -6,7 +6,7 @@ use super::{BodyError, BodyModel};
 /// Which hand, from the person's own point of view.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 #[expect(missing_docs, reason = "nothing more to say")]
-pub enum Side {
+pub enum Hand {
     Left,
     Right,
 }
@@ -16,13 +16,13 @@ const VALUES: usize = 45;
 
 /// The pose space of a hand: principal components of joint rotations, and the mean pose.
 #[derive(Debug, Clone, Default)]
-pub(super) struct Hand {
+pub(super) struct HandPoseSpace {
     /// `[components][VALUES]`, by descending variance.
     components: Vec<f32>,
     mean: Option<[[f32; 3]; 15]>,
 }
 
-impl Hand {
+impl HandPoseSpace {
     /// Reads what the file has; without components, hands can only be posed joint by joint.
     pub(super) fn read(
         fields: &Fields<'_>,
@@ -43,17 +43,17 @@ impl Hand {
 }
 
 impl BodyModel {
-    fn hand(&self, side: Side) -> &Hand {
+    fn hand(&self, side: Hand) -> &HandPoseSpace {
         &self.hands[side as usize]
     }
 
     /// Number of principal components of a hand's pose; 0 if the file has none.
-    pub fn hand_components(&self, side: Side) -> usize {
+    pub fn hand_components(&self, side: Hand) -> usize {
         self.hand(side).components.len() / VALUES
     }
 
     /// The mean pose of a hand as a rotation vector for each of its 15 joints, if the file has one.
-    pub fn hand_mean(&self, side: Side) -> Option<[[f32; 3]; 15]> {
+    pub fn hand_mean(&self, side: Hand) -> Option<[[f32; 3]; 15]> {
         self.hand(side).mean
     }
 
@@ -65,7 +65,7 @@ impl BodyModel {
     /// [`BodyError::Coefficient`] for one that is not finite.
     pub fn hand_turns(
         &self,
-        side: Side,
+        side: Hand,
         coefficients: &[f32],
     ) -> Result<[[f32; 3]; 15], BodyError> {
         self.check_coefficients("hand components", coefficients, self.hand_components(side))?;

@@ -29,7 +29,7 @@ mod shaped;
 pub use expressive::ExpressionReport;
 pub use file::{ModelFile, ReadOptions};
 pub use gender::Gender;
-pub use hands::Side;
+pub use hands::Hand;
 pub use kind::BodyKind;
 pub(crate) use kind::{BODY, JointEntry};
 pub use model::{BodyModel, Shape};

@@ -7,7 +7,7 @@ use uvgraft_io::arrays::NamedArrays;
 
 use super::correctives::Correctives;
 use super::fields::{Axis, Fields};
-use super::hands::Hand;
+use super::hands::HandPoseSpace;
 use super::{BodyError, BodyKind, NamedShapes, Shaped, posedirs};
 use crate::rig::{Joint, Skeleton, Skin};
 
@@ -40,7 +40,7 @@ pub struct BodyModel {
     own_joints: Option<OwnJoints>,
     pub(super) skin: Skin,
     pub(super) triangles: Vec<[u32; 3]>,
-    pub(super) hands: [Hand; 2],
+    pub(super) hands: [HandPoseSpace; 2],
 }
 
 /// Joints by the shape's coefficients instead of by vertices.
@@ -133,10 +133,10 @@ impl BodyModel {
         let own_joints = OwnJoints::read(fields, joints, betas)?;
         let triangles = fields.triangles("f", vertices)?;
         let hands = match kind.fingers() {
-            None => [Hand::default(), Hand::default()],
+            None => [HandPoseSpace::default(), HandPoseSpace::default()],
             Some(_) => [
-                Hand::read(fields, "hands_componentsl", "hands_meanl")?,
-                Hand::read(fields, "hands_componentsr", "hands_meanr")?,
+                HandPoseSpace::read(fields, "hands_componentsl", "hands_meanl")?,
+                HandPoseSpace::read(fields, "hands_componentsr", "hands_meanr")?,
             ],
         };
         let correctives = Correctives::none(vertices, kind.features());

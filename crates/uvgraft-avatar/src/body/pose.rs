@@ -1,6 +1,6 @@
 //! Poses in the parameters of body models: a rotation vector for each joint.
 
-use super::{BodyError, BodyModel, Side};
+use super::{BodyError, BodyModel, Hand};
 use crate::rig::Pose;
 
 /// A pose of a body model.
@@ -26,7 +26,7 @@ impl BodyPose {
     pub fn with_hand(
         mut self,
         model: &BodyModel,
-        side: Side,
+        side: Hand,
         coefficients: &[f32],
     ) -> Result<Self, BodyError> {
         let turns = model.hand_turns(side, coefficients)?;
@@ -42,7 +42,7 @@ impl BodyPose {
     /// # Errors
     /// [`BodyError::Count`] if the pose does not have the model's number of joints.
     pub fn with_hand_means(mut self, model: &BodyModel) -> Result<Self, BodyError> {
-        for side in [Side::Left, Side::Right] {
+        for side in [Hand::Left, Hand::Right] {
             let Some(mean) = model.hand_mean(side) else { continue };
             for (turn, mean) in self.fingers(model, side)?.iter_mut().zip(mean) {
                 for (value, mean) in turn.iter_mut().zip(mean) {
@@ -53,7 +53,7 @@ impl BodyPose {
         Ok(self)
     }
 
-    fn fingers(&mut self, model: &BodyModel, side: Side) -> Result<&mut [[f32; 3]], BodyError> {
+    fn fingers(&mut self, model: &BodyModel, side: Hand) -> Result<&mut [[f32; 3]], BodyError> {
         let (found, wanted) = (self.turns.len(), model.kind().joint_count());
         if found != wanted {
             return Err(BodyError::Count { what: "rotations of a pose", found, wanted });

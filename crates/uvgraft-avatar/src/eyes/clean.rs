@@ -174,11 +174,11 @@ mod tests {
     use std::f32::consts::{FRAC_PI_2 as UP, PI};
 
     use uvgraft::Size;
+    use uvgraft::color::luma;
     use uvgraft_figure::{Figure, paint_body};
 
     use super::*;
     use crate::example;
-    use crate::paint::texel::luma;
 
     const GREEN: Color = [0.35, 0.45, 0.3];
 

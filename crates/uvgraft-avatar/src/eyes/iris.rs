@@ -1,7 +1,10 @@
 //! The colour of irises in a texture.
 
+use uvgraft::color::{lab, lab_distance, luma};
+use uvgraft::statistics::{median_color, order_statistic};
+
 use super::gaze::Gaze;
-use crate::paint::texel::{Color, luma};
+use crate::paint::texel::Color;
 
 /// Minimum number of texels for a colour.
 const FEWEST: usize = 12;
@@ -66,8 +69,8 @@ fn color(samples: &Samples) -> Option<Color> {
     for colors in [&mut iris, &mut white] {
         colors.sort_by(|&a, &b| luma(a).total_cmp(&luma(b)));
     }
-    let iris = median(&iris[iris.len() / 8..iris.len() - iris.len() / 4]);
-    let white = median(&white[white.len() / 4..]);
+    let iris = median_color(iris[iris.len() / 8..iris.len() - iris.len() / 4].iter().copied())?;
+    let white = median_color(white[white.len() / 4..].iter().copied())?;
     (difference(iris, white) > CLEAR && luma(iris) < luma(white)).then_some(iris)
 }
 
@@ -77,35 +80,15 @@ fn color(samples: &Samples) -> Option<Color> {
 pub(super) fn white(eyes: &[Samples]) -> Option<f32> {
     let of = |samples: &Samples| {
         let ring = samples.iter().filter(|(distance, _)| (1.15..1.8).contains(distance));
-        let mut lumas: Vec<f32> = ring.map(|&(_, color)| luma(color)).collect();
-        lumas.sort_by(f32::total_cmp);
-        (lumas.len() >= FEWEST).then(|| lumas[lumas.len() * 3 / 4])
+        let lumas: Vec<f32> = ring.map(|&(_, color)| luma(color)).collect();
+        (lumas.len() >= FEWEST).then(|| order_statistic(lumas, |count| count * 3 / 4))?
     };
     eyes.iter().filter_map(of).reduce(f32::max)
 }
 
-fn median(colors: &[Color]) -> Color {
-    std::array::from_fn(|k| {
-        let mut values: Vec<f32> = colors.iter().map(|color| color[k]).collect();
-        values.sort_by(f32::total_cmp);
-        values.get(values.len() / 2).copied().unwrap_or(0.0)
-    })
-}
-
 /// CIE 1976 colour difference.
 fn difference(a: Color, b: Color) -> f32 {
-    let [a, b] = [a, b].map(lab);
-    (0..3).map(|k| (a[k] - b[k]).powi(2)).sum::<f32>().sqrt()
-}
-
-/// CIE L*a*b* of an sRGB colour under D65.
-fn lab(color: Color) -> [f32; 3] {
-    let [r, g, b] = color.map(uvgraft::color::linear_from_srgb);
-    let x = (0.4124 * r + 0.3576 * g + 0.1805 * b) / 0.9505;
-    let y = 0.2126 * r + 0.7152 * g + 0.0722 * b;
-    let z = (0.0193 * r + 0.1192 * g + 0.9505 * b) / 1.089;
-    let f = |t: f32| if t > 0.008_856 { t.cbrt() } else { 7.787 * t + 16.0 / 116.0 };
-    [116.0 * f(y) - 16.0, 500.0 * (f(x) - f(y)), 200.0 * (f(y) - f(z))]
+    lab_distance(lab(a), lab(b))
 }
 
 #[cfg(test)]

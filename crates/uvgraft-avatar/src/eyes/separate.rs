@@ -3,6 +3,7 @@
 use std::collections::HashMap;
 
 use glam::Vec3;
+use uvgraft::sampler::{Beyond, bilinear};
 use uvgraft::{Corner, Mesh, MeshError, Size, TexelsMut, Texture, Value};
 
 use super::eyeball::{is_round, pieces, sphere};
@@ -85,30 +86,29 @@ impl SeparatedEyes {
                 let [s, t] = self.place.at(uv);
                 let uv = [left + s * (right - left), top + t * (bottom - top)];
                 let first = (y as usize * width as usize + x as usize) * channels;
-                let values = (0..channels).map(|channel| bilinear(&source, uv, channel));
+                let (texel, values) = (first..first + channels, sample(&source, uv));
                 match texture.texels_mut() {
-                    TexelsMut::U8(texels) => put(&mut texels[first..], values),
-                    TexelsMut::U16(texels) => put(&mut texels[first..], values),
-                    TexelsMut::F32(texels) => put(&mut texels[first..], values),
+                    TexelsMut::U8(texels) => put(&mut texels[texel], values),
+                    TexelsMut::U16(texels) => put(&mut texels[texel], values),
+                    TexelsMut::F32(texels) => put(&mut texels[texel], values),
                 }
             }
         }
     }
 }
 
-fn put<T: Value>(texel: &mut [T], values: impl Iterator<Item = f32>) {
+fn put<T: Value>(texel: &mut [T], values: [f32; 4]) {
     texel.iter_mut().zip(values).for_each(|(texel, value)| *texel = T::from_unit(value));
 }
 
-fn bilinear(texture: &Texture, [u, v]: [f32; 2], channel: usize) -> f32 {
-    let Size { width, height } = texture.size();
-    let split = |value: f32, side: u32| {
-        let at = (value * side as f32 - 0.5).clamp(0.0, (side - 1) as f32);
-        (at as u32, (at as u32 + 1).min(side - 1), at.fract())
-    };
-    let ((x0, x1, fx), (y0, y1, fy)) = (split(u, width), split(v, height));
-    let row = |y| texture.get(x0, y, channel) * (1.0 - fx) + texture.get(x1, y, channel) * fx;
-    row(y0) * (1.0 - fy) + row(y1) * fy
+/// All channels of a texture, followed by zeros.
+fn sample(texture: &Texture, uv: [f32; 2]) -> [f32; 4] {
+    let (size, channels) = (texture.size(), texture.channels().count());
+    let sides = [size.width, size.height].map(f64::from);
+    let at_px = [0, 1].map(|k| f64::from(uv[k]) * sides[k]);
+    bilinear(size, at_px, Beyond::Edge, |x, y| {
+        std::array::from_fn(|k| if k < channels { texture.get(x, y, k) } else { 0.0 })
+    })
 }
 
 /// A nearly spherical connected component of a mesh.
@@ -227,7 +227,7 @@ mod tests {
             let (old, new): ([f32; 2], [f32; 2]) = (center(before), center(after));
             moved += usize::from(old != new);
             for channel in 0..3 {
-                let (was, is) = (bilinear(&texture, old, channel), bilinear(&copied, new, channel));
+                let (was, is) = (sample(&texture, old)[channel], sample(&copied, new)[channel]);
                 assert!((was - is).abs() < 0.12, "face {face}: {was} {is}");
             }
         }

@@ -3,7 +3,7 @@
 //! [`Face::find`] locates the lids, lips, corners of the mouth and brows of any head by geometry,
 //! and [`Face::measure`] measures how far lids and lips are open and where the other features are.
 //! [`solve`] finds the combinations of whatever moves a face (expression components, a jaw,
-//! eyelids) that make VRM's expressions. [`transfer`] carries named expressions from another head.
+//! eyelids) that make VRM's expressions. [`transfer`] transfers named expressions from another head.
 
 mod costs;
 mod features;

@@ -10,6 +10,7 @@
 //! Based on: Kovar et al., "Footskate Cleanup for Motion Capture Editing", 2002.
 
 use glam::Vec3;
+use uvgraft::statistics::median;
 
 use super::contact::{self, Halves, Standing};
 use super::legs::{Leg, LegPose, world};
@@ -118,8 +119,7 @@ fn lift(own: &[Halves], standing: &[Standing]) -> Option<f32> {
             }
         }
     }
-    heights.sort_by(f32::total_cmp);
-    heights.get(heights.len() / 2).map(|height| -height)
+    median(heights).map(|height| -height)
 }
 
 impl Cleanup<'_> {

@@ -5,6 +5,7 @@ use std::fmt::{self, Display};
 
 use glam::Vec3;
 use uvgraft::Choice;
+use uvgraft::statistics::median;
 
 use super::Motion;
 use super::up::{Posture, UpAxis};
@@ -104,9 +105,7 @@ impl Motion {
 
     fn median_height(&self, up: UpAxis) -> f32 {
         let height = |frame| (up.upright() * Vec3::from(self.translation(frame))).y;
-        let mut heights: Vec<f32> = (0..self.frames()).map(height).collect();
-        heights.sort_by(f32::total_cmp);
-        heights[heights.len() / 2]
+        median((0..self.frames()).map(height)).unwrap_or_default()
     }
 }
 
@@ -180,7 +179,7 @@ mod tests {
     }
 
     #[test]
-    fn units_are_told_by_speed_and_height() {
+    fn units_are_reported_by_speed_and_height() {
         for up in [UpAxis::Y, UpAxis::Z, UpAxis::MinusY] {
             assert_eq!(motion(1.0, up, &|_| {}).doubts(up), []);
             // Sprinting.
@@ -211,8 +210,8 @@ mod tests {
             let places = (0..FRAMES).flat_map(|frame| [4.0 * frame as f32, 0.0, 0.0]).collect();
             arrays.insert("trans", NumericArray::new_f32(vec![FRAMES, 3], places).unwrap());
         };
-        let told = said(&motion(1.0, UpAxis::Y, &relative), UpAxis::Y);
-        assert!(told[0].ends_with("in centimetres, inches or millimetres?"), "{told:?}");
+        let reported = said(&motion(1.0, UpAxis::Y, &relative), UpAxis::Y);
+        assert!(reported[0].ends_with("in centimetres, inches or millimetres?"), "{reported:?}");
         // 40 m away is no doubt.
         let away = |arrays: &mut NamedArrays| {
             let places = (0..FRAMES).flat_map(|_| [40.0, 0.9, -30.0]).collect();
@@ -222,12 +221,12 @@ mod tests {
     }
 
     #[test]
-    fn bodies_upside_down_are_told() {
+    fn bodies_upside_down_are_reported() {
         let down = motion(1.0, UpAxis::MinusY, &|_| {});
         assert_eq!(said(&down, UpAxis::Y), ["the body is upside down with Y up; use `up` -y?"]);
         assert_eq!(down.doubts(UpAxis::MinusY), []);
-        let told = said(&motion(1.0, UpAxis::Z, &|_| {}), UpAxis::MinusZ);
-        assert_eq!(told, ["the body is upside down with -Z up; use `up` z?"]);
+        let reported = said(&motion(1.0, UpAxis::Z, &|_| {}), UpAxis::MinusZ);
+        assert_eq!(reported, ["the body is upside down with -Z up; use `up` z?"]);
         // Lying, and bending over.
         for angle in [1.5, -1.5, 1.9] {
             let turn = Quat::from_rotation_x(angle).to_scaled_axis().to_array();
@@ -241,7 +240,7 @@ mod tests {
     }
 
     #[test]
-    fn rates_that_no_system_has_are_told() {
+    fn rates_that_no_system_has_are_reported() {
         let at = |rate: f64| {
             let set = |arrays: &mut NamedArrays| {
                 arrays.insert("fps", NumericArray::new_f64(vec![], vec![rate]).unwrap());

@@ -6,6 +6,7 @@
 //! is near 0. So it does for people who stand on their hands.
 
 use glam::{Quat, Vec3};
+use uvgraft::statistics::median_color;
 
 use super::Motion;
 use crate::body::JointEntry;
@@ -101,12 +102,7 @@ impl Posture {
             }
             lowest.push(joints.into_iter().fold(Vec3::MAX, Vec3::min));
         }
-        let median = |axis: usize| {
-            let mut heights: Vec<f32> = lowest.iter().map(|low| low[axis]).collect();
-            heights.sort_by(f32::total_cmp);
-            heights[heights.len() / 2]
-        };
-        let lowest = Vec3::new(median(0), median(1), median(2));
+        let lowest = median_color(lowest.iter().map(Vec3::to_array)).map_or(Vec3::ZERO, Vec3::from);
         Self { spine: along, lowest, on_hands, is_still: motion.is_still() }
     }
 

@@ -14,12 +14,12 @@ const MIN: f32 = 0.03;
 
 /// The joints that skull and jaw follow, with their weights.
 #[derive(Debug, Clone)]
-pub(super) struct Followers {
+pub(super) struct MouthJoints {
     upper: Vec<(usize, f32)>,
     lower: Vec<(usize, f32)>,
 }
 
-impl Followers {
+impl MouthJoints {
     /// The skull follows the joints of the skin under the nose, the jaw those of the chin.
     pub fn find(avatar: &Avatar, anatomy: &Anatomy) -> Result<Self, MouthError> {
         let follows = |landmark, what, reach: f64| {
@@ -100,7 +100,7 @@ fn mesh(mouth: &Mouth, own: &Mesh, world: &[Vec3]) -> Result<Mesh, MouthError> {
 }
 
 fn weights(mouth: &Mouth, skin: &Skin, point: &Point) -> Vec<(usize, f32)> {
-    let Followers { upper, lower } = &mouth.followers;
+    let MouthJoints { upper, lower } = &mouth.followers;
     let (rim, share) = point.rim.unwrap_or((0, 0.0));
     let mut sums = Vec::new();
     add(&mut sums, upper.iter().copied(), (1.0 - share) * (1.0 - point.lower));

@@ -25,7 +25,7 @@ mod tongue;
 
 use uvgraft::{Anatomy, AnatomyError, MeshError, Texture};
 
-use self::attach::Followers;
+use self::attach::MouthJoints;
 use self::frame::Frame;
 use self::motion::Jaw;
 use self::piece::{Chart, Piece};
@@ -77,7 +77,7 @@ pub struct Mouth {
     frame: Frame,
     rim: Rim,
     jaw: Jaw,
-    followers: Followers,
+    followers: MouthJoints,
     pieces: Vec<(Piece, ChartRect)>,
 }
 
@@ -92,7 +92,7 @@ impl Mouth {
         let frame = Frame::new(&anatomy)?;
         let rim = Rim::find(&avatar.mesh, &anatomy, &frame)?;
         let frame = frame.raised(rim.line(&avatar.mesh, &frame));
-        let followers = Followers::find(avatar, &anatomy)?;
+        let followers = MouthJoints::find(avatar, &anatomy)?;
         let jaw = Jaw::find(avatar, &anatomy)?;
         let fit = cavity::Fit::new(avatar, &rim, &frame);
         let upper = teeth::Arch::upper(&fit);

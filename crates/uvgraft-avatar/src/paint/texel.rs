@@ -1,6 +1,6 @@
 //! Reading and writing colours of single texels, for any bit depth, channel count and encoding.
 
-use uvgraft::color::linear_from_srgb;
+use uvgraft::color::{linear_from_srgb, luma};
 use uvgraft::easing::mix;
 use uvgraft::{Encoding, TexelsMut, Texture, Value};
 
@@ -10,11 +10,6 @@ pub type Color = [f32; 3];
 /// Linear interpolation between two colours.
 pub fn blend(a: Color, b: Color, t: f32) -> Color {
     std::array::from_fn(|k| mix(a[k], b[k], t))
-}
-
-/// Luma with the weights of Rec. 709.
-pub fn luma([red, green, blue]: Color) -> f32 {
-    0.2126 * red + 0.7152 * green + 0.0722 * blue
 }
 
 /// The colour of a texel in sRGB, for any channels and encoding.

@@ -3,7 +3,7 @@
 use glam::{Mat3, Quat, Vec3};
 use uvgraft::threads;
 
-use super::{RigError, Rigid};
+use super::{RigError, Rigid, Skeleton};
 
 /// Joints that a vertex may follow in a file: a glTF attribute holds four, and many
 /// readers support only one attribute.
@@ -110,6 +110,20 @@ impl Skin {
         (pruned, pruning)
     }
 
+    /// For each vertex, the total weight of a joint and all those below it.
+    ///
+    /// # Panics
+    /// If the weights name joints that the skeleton does not have.
+    pub fn weights_below(&self, skeleton: &Skeleton, top: usize) -> Vec<f32> {
+        let mut is_below: Vec<bool> = Vec::with_capacity(skeleton.joints().len());
+        for (index, joint) in skeleton.joints().iter().enumerate() {
+            is_below.push(index == top || joint.parent.is_some_and(|parent| is_below[parent]));
+        }
+        let below = |&&(joint, _): &&(u16, f32)| is_below[usize::from(joint)];
+        let weight = |vertex| self.of(vertex).iter().filter(below).map(|(_, weight)| weight).sum();
+        (0..self.vertices()).map(weight).collect()
+    }
+
     /// The weights of a selection of vertices, unchanged.
     pub fn of_vertices(&self, vertices: &[u32]) -> Self {
         let mut some = Self { starts: vec![0], influences: Vec::new() };
@@ -148,13 +162,6 @@ impl Skin {
             }
         });
         posed
-    }
-
-    /// The blended rotation matrix of each vertex; not orthogonal where its joints'
-    /// rotations differ.
-    pub fn turns(&self, motions: &[Rigid]) -> Vec<Mat3> {
-        let matrices = matrices(motions);
-        (0..self.vertices()).map(|vertex| self.blend(vertex, &matrices).0).collect()
     }
 
     fn blend(&self, vertex: usize, matrices: &[(Mat3, Vec3)]) -> (Mat3, Vec3) {

@@ -89,7 +89,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn bases_are_told_by_their_roles() {
+    fn bases_are_reported_by_their_roles() {
         let parse = |texts: &[&str]| {
             Bases::parse(&texts.iter().map(|&text| text.to_owned()).collect::<Vec<_>>())
         };

@@ -18,7 +18,7 @@ use uvgraft::{Choice, Filter, MapOptions, Prefer, Size};
 use uvgraft_assembly::avatar::{Betas, TextureLayout, TextureOptions, level_file};
 use uvgraft_assembly::{AvatarRequest, Body, Input, drawing};
 use uvgraft_files::output;
-use uvgraft_gltf::glb::PictureFormat;
+use uvgraft_gltf::glb::EmbeddedFormat;
 use uvgraft_gltf::preset::Preset;
 use uvgraft_image::{self as image, WriteOptions};
 use uvgraft_pipeline::Outputs;
@@ -126,8 +126,8 @@ pub(crate) struct Args {
     texture_layout: TextureLayout,
     /// Format of embedded textures [default: the preset's, or png]
     #[arg(id = "texture_format", long = "texture", value_name = "FORMAT")]
-    #[arg(value_parser = choice::<PictureFormat>(), help_heading = heading::TEXTURE)]
-    texture: Option<PictureFormat>,
+    #[arg(value_parser = choice::<EmbeddedFormat>(), help_heading = heading::TEXTURE)]
+    texture: Option<EmbeddedFormat>,
     /// Quality of JPEG textures [default: 92]
     #[arg(long, value_name = "1-100", value_parser = whole_number::<u8>(1..=100), allow_negative_numbers = true)]
     #[arg(help_heading = heading::TEXTURE)]
@@ -202,21 +202,21 @@ pub(crate) fn run(args: &Args) -> anyhow::Result<ExitCode> {
     let request = args.request()?;
     request.check()?;
     args.check_outputs(&request)?;
-    let made = request.make(&Notes)?;
-    if let (Some(path), Some(labels)) = (args.blending.drawn_labels(), made.labels) {
+    let files = request.make(&Notes)?;
+    if let (Some(path), Some(labels)) = (args.blending.drawn_labels(), files.labels) {
         let written = image::write(&labels.into(), path, &WriteOptions::default())?;
         written.losses.iter().for_each(warn);
         outcome::wrote(path);
     }
-    if let (Some(path), Some(preview)) = (&args.blending.preview, made.preview) {
+    if let (Some(path), Some(preview)) = (&args.blending.preview, files.preview) {
         drawing::write(preview, path)?;
         outcome::wrote(path);
     }
-    write(&args.output, &made.file)?;
-    for (index, file) in made.levels.iter().enumerate() {
+    write(&args.output, &files.file)?;
+    for (index, file) in files.levels.iter().enumerate() {
         write(&level_file(&args.output, index + 1), file)?;
     }
-    outcome::report(|| &made.report, || made.report.to_string())?;
+    outcome::report(|| &files.report, || files.report.to_string())?;
     match PAGE {
         Some(_) => outcome::look_by(format_args!("view {}", outcome::argument(&args.output))),
         None => outcome::look_by_picture(&args.output, None, false),

@@ -32,7 +32,7 @@ impl Workload<'_> {
         let mut stages = Vec::new();
         for &filter in filters {
             stages.push(self.gpu_resample(gpu.clone(), filter)?);
-            stages.push(self.gpu_carry(gpu, filter)?);
+            stages.push(self.gpu_round_trip(gpu, filter)?);
         }
         Ok(stages)
     }
@@ -53,14 +53,14 @@ impl Workload<'_> {
         Ok(self.on_gpu(Measured::Gpu, filter, work))
     }
 
-    fn gpu_carry(&self, gpu: &Gpu, filter: Filter) -> anyhow::Result<Stage<'_>> {
+    fn gpu_round_trip(&self, gpu: &Gpu, filter: Filter) -> anyhow::Result<Stage<'_>> {
         let transfer = gpu.transfer(&self.graft(filter)?)?;
         let work = move || {
-            let (carried, seconds) = time(|| transfer.carry(&self.source, &self.base));
-            let _ = carried?;
+            let (result, seconds) = time(|| transfer.apply_texture(&self.source, &self.base));
+            let _ = result?;
             Ok(seconds)
         };
-        Ok(self.on_gpu(Measured::GpuCarry, filter, work))
+        Ok(self.on_gpu(Measured::GpuRoundTrip, filter, work))
     }
 
     fn on_gpu<'s>(

@@ -55,7 +55,7 @@ pub(super) enum Measured {
     Gpu,
     /// The same with the way to the graphics processor and back.
     #[cfg(feature = "gpu")]
-    GpuCarry,
+    GpuRoundTrip,
 }
 
 impl Measured {
@@ -66,7 +66,7 @@ impl Measured {
             #[cfg(feature = "gpu")]
             Self::Gpu => "gpu",
             #[cfg(feature = "gpu")]
-            Self::GpuCarry => "gpu-carry",
+            Self::GpuRoundTrip => "gpu-carry",
         }
     }
 
@@ -84,7 +84,7 @@ impl Measured {
             #[cfg(feature = "gpu")]
             Self::Gpu => "resample on the GPU",
             #[cfg(feature = "gpu")]
-            Self::GpuCarry => "to the GPU and back",
+            Self::GpuRoundTrip => "to the GPU and back",
         }
     }
 }

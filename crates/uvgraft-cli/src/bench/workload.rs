@@ -162,12 +162,12 @@ impl<'a> Workload<'a> {
             // The copy of the source is made and touched before the timing, and freed afterwards;
             // the result becomes the base of the next run.
             let (source, below) = (self.source.clone(), base.take().context("a base")?);
-            let (laid, seconds) = time(|| {
+            let (blended, seconds) = time(|| {
                 let overlay = graft.overlay(source, below.format())?;
                 let result = overlay.lay(0, below)?;
                 Ok::<_, GraftError>((overlay, result))
             });
-            base = Some(laid?.1);
+            base = Some(blended?.1);
             Ok(seconds)
         };
         let moved = (self.read + self.filled) * TEXEL;
@@ -187,8 +187,8 @@ impl<'a> Workload<'a> {
         let mut base = Some(self.base.clone());
         let work = move || {
             let below = base.take().context("a base")?;
-            let (laid, seconds) = time(|| graft.apply(&self.source, below));
-            base = Some(laid?);
+            let (blended, seconds) = time(|| graft.apply(&self.source, below));
+            base = Some(blended?);
             Ok(seconds)
         };
         let moved = (2 * self.from.texels() + self.read + self.filled) * TEXEL;

@@ -12,14 +12,14 @@ use uvgraft_figure::Figure;
 use uvgraft_figure::motion::as_amass;
 use uvgraft_files::output::write_atomically;
 use uvgraft_gltf::glb::{
-    self, AvatarMaterial, Export, Permissions, Picture, PictureFormat, VrmMeta,
+    self, AvatarMaterial, EmbeddedFormat, EmbeddedImage, Export, Permissions, VrmMeta,
 };
 use uvgraft_gltf::scene::{PoseRequest, Scene};
 use uvgraft_image::animation::write_gif;
 use uvgraft_io::arrays::{NamedArrays, NumericArray};
 use uvgraft_render::{Perspective, RenderOptions, Renderer};
 
-use uvgraft_assembly::drawing::Picture as Sheet;
+use uvgraft_assembly::drawing::Sheet;
 
 const PANEL: Size = Size::new(400, 540);
 const TURNTABLE: Size = Size::new(300, 450);
@@ -47,7 +47,7 @@ impl Files {
         let mouth = Mouth::fit(&avatar)?;
         mouth.paint(&avatar, &mut body);
         let avatar = mouth.attach(avatar)?;
-        let looks = AvatarMaterial::new(Picture::encode(body, PictureFormat::Png, 92)?);
+        let looks = AvatarMaterial::new(EmbeddedImage::encode(body, EmbeddedFormat::Png, 92)?);
         let export = Export { name: "uvgraft's figure".to_owned(), ..Export::default() };
         let file = glb::write(&avatar, &looks, &export)?;
         let authors = vec!["The uvgraft developers".to_owned()];

@@ -7,7 +7,7 @@ use uvgraft_figure::{Figure, paint_body_in_tone};
 use uvgraft_render::View;
 
 use super::views::{BUST, render};
-use uvgraft_assembly::drawing::Picture;
+use uvgraft_assembly::drawing::Sheet;
 
 /// Factor on the skin colour of the body.
 const DARKER: [f32; 3] = [0.62, 0.52, 0.46];
@@ -50,20 +50,20 @@ impl Blends {
         Ok(Self { body, shots })
     }
 
-    pub(super) fn picture(&self) -> Picture {
+    pub(super) fn picture(&self) -> Sheet {
         const CAPTION: u32 = 44;
         const GAP: u32 = 8;
         let columns = self.shots.len() as u32;
         let width = columns * SHOT.width + (columns - 1) * GAP;
-        let mut picture = Picture::new(Size::new(width, CAPTION + 2 * SHOT.height), [24, 26, 30]);
+        let mut picture = Sheet::new(Size::new(width, CAPTION + 2 * SHOT.height), [24, 26, 30]);
         for (column, (caption, shots)) in (0..).zip(&self.shots) {
             let left = column * (SHOT.width + GAP);
             for (row, shot) in (0..).zip(shots) {
                 picture.paste(shot, left, CAPTION + row * SHOT.height);
             }
             // The longest caption does not fit at twice the font's size.
-            let scale = if Picture::text_width(caption, 2) > SHOT.width { 1 } else { 2 };
-            let space = SHOT.width.saturating_sub(Picture::text_width(caption, scale));
+            let scale = if Sheet::text_width(caption, 2) > SHOT.width { 1 } else { 2 };
+            let space = SHOT.width.saturating_sub(Sheet::text_width(caption, scale));
             picture.text(caption, left + space / 2, 22 - 4 * scale, scale, [236, 238, 242]);
         }
         picture

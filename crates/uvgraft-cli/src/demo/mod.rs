@@ -15,7 +15,7 @@ use std::time::Instant;
 
 use anyhow::Context;
 use uvgraft::{Direction, Graft, Mesh, Pair, Size, Sizes, Texture};
-use uvgraft_assembly::drawing::Picture;
+use uvgraft_assembly::drawing::Sheet;
 use uvgraft_assembly::{Input, ViewRequest, pair_picture};
 use uvgraft_figure::{Figure, paint_body, paint_head};
 use uvgraft_files::output::write_atomically;
@@ -66,8 +66,8 @@ pub(crate) fn run(args: &Args) -> anyhow::Result<ExitCode> {
     let mut steps = Steps::new();
     let open_body = args.body.as_deref().map(|path| open_body::Files::new(path, args.size));
     let open_body = open_body.transpose()?;
-    if let Some(made) = &open_body {
-        steps.done("open body", &made.summary)?;
+    if let Some(built) = &open_body {
+        steps.done("open body", &built.summary)?;
     }
     let transferred = Transferred::new(args.size, &mut steps)?;
     let pictures = Pictures::new(&transferred, &mut steps)?;
@@ -78,11 +78,11 @@ pub(crate) fn run(args: &Args) -> anyhow::Result<ExitCode> {
     let outputs = transferred.write(outputs, pictures)?;
     let outputs = avatar.write(outputs)?;
     let outputs = match open_body {
-        Some(made) => made.write(outputs)?,
+        Some(built) => built.write(outputs)?,
         None => outputs,
     };
     let outputs = match selfie {
-        Some(made) => made.write(outputs)?,
+        Some(built) => built.write(outputs)?,
         None => outputs,
     };
     steps.done("writing", &format!("{} files", outputs.written.len()))?;
@@ -170,7 +170,7 @@ impl Transferred {
 struct Pictures {
     shots: Shots,
     /// Each way of blending, onto darker skin.
-    blended: Picture,
+    blended: Sheet,
     /// The texture of the body with darker skin.
     darker: Texture,
 }
@@ -226,7 +226,7 @@ impl AnimatedFigure {
 struct Selfie {
     photo: PathBuf,
     glb: Vec<u8>,
-    sheet: Picture,
+    sheet: Sheet,
 }
 
 impl Selfie {
@@ -239,7 +239,7 @@ impl Selfie {
         let Transferred { figure, body, .. } = transferred;
         let photo = selfie::photo(args.photo.as_deref(), figure, body, &args.output)?;
         let Some(photo) = photo else { return Ok(None) };
-        let (glb, sheet) = selfie::made(&photo)?;
+        let (glb, sheet) = selfie::build(&photo)?;
         steps.done("selfie", "avatar of a photograph")?;
         Ok(Some(Self { photo, glb, sheet }))
     }
@@ -266,11 +266,11 @@ fn fetched(name: &str) -> PathBuf {
 }
 
 /// Pictures side by side, each in the middle of a panel.
-fn row(pictures: &[Texture], panel: Size) -> Picture {
+fn row(pictures: &[Texture], panel: Size) -> Sheet {
     const GAP: u32 = 8;
     let count = pictures.len() as u32;
     let size = Size::new(count * panel.width + (count - 1) * GAP, panel.height);
-    let mut row = Picture::new(size, [24, 26, 30]);
+    let mut row = Sheet::new(size, [24, 26, 30]);
     for (column, picture) in (0..).zip(pictures) {
         let [left, top] =
             [panel.width - picture.size().width, panel.height - picture.size().height];
@@ -293,13 +293,7 @@ fn print(outputs: &Outputs<'_>, photo: Option<&Path>) -> anyhow::Result<()> {
     let [before, after] = ["body_base.png", "body_with_face.png"].map(path);
     let [body, face, avatar] = ["body.obj", "face.png", "avatar.glb"].map(path);
     let [shown, turning] = ["shown.png", "turning.gif"].map(path);
-    let mut print_commands = |what: &str, commands: &[String]| {
-        let _ = writeln!(text, "\n{what}:");
-        for arguments in commands {
-            let _ = writeln!(text, "  {}", outcome::command(arguments));
-        }
-    };
-    print_commands(
+    text += &commands(
         "Look at the body before and after, and at the avatar from all sides",
         &[
             format!("render {body} -t {before} -t {after} -o {shown}"),
@@ -310,7 +304,7 @@ fn print(outputs: &Outputs<'_>, photo: Option<&Path>) -> anyhow::Result<()> {
         ],
     );
     let [head, ids, wave] = ["head.obj", "head_to_body.npy", "wave.npz"].map(path);
-    print_commands(
+    text += &commands(
         "The same steps one by one, for files of your own in place of these",
         &[
             format!("pair {head} {body} --vertex-map {ids} -o my.uvpair"),
@@ -323,7 +317,7 @@ fn print(outputs: &Outputs<'_>, photo: Option<&Path>) -> anyhow::Result<()> {
     if let Some(photo) = photo {
         let small =
             if photo.ends_with(selfie::ASTRONAUT) { ", where the astronaut's has 108" } else { "" };
-        print_commands(
+        text += &commands(
             &format!(
                 "The same with a photograph of yours (a face should be 200 pixels high or more{small})"
             ),
@@ -344,6 +338,12 @@ fn print(outputs: &Outputs<'_>, photo: Option<&Path>) -> anyhow::Result<()> {
         );
     }
     terminal::print(&text)
+}
+
+/// Commands to try, under what they are for.
+fn commands(what: &str, commands: &[String]) -> String {
+    let lines = commands.iter().map(|arguments| format!("  {}\n", outcome::command(arguments)));
+    format!("\n{what}:\n{}", lines.collect::<String>())
 }
 
 /// Prints each step as it ends, and how long it took.
@@ -435,13 +435,13 @@ impl Shots {
         Self { panels: [head, of_body("the body before", base), of_body("the body after", body)] }
     }
 
-    fn picture(&self) -> Picture {
+    fn picture(&self) -> Sheet {
         const CAPTION: u32 = 44;
         const GAP: u32 = 8;
         let (whole, close) = (Self::WHOLE, Self::CLOSE);
         let width = 2 * whole.width + 3 * close.width + 2 * GAP;
         let size = Size::new(width, CAPTION + whole.height);
-        let mut picture = Picture::new(size, [24, 26, 30]);
+        let mut picture = Sheet::new(size, [24, 26, 30]);
         let mut left = 0;
         for panel in &self.panels {
             let first = left;
@@ -452,7 +452,7 @@ impl Shots {
             picture.paste(&panel.close[0], left, CAPTION);
             picture.paste(&panel.close[1], left, CAPTION + close.height);
             left += close.width;
-            let space = (left - first).saturating_sub(Picture::text_width(panel.caption, 2));
+            let space = (left - first).saturating_sub(Sheet::text_width(panel.caption, 2));
             picture.text(panel.caption, first + space / 2, 14, 2, [236, 238, 242]);
             left += GAP;
         }

@@ -10,7 +10,7 @@ use uvgraft_avatar::body::{BodyModel, Shape};
 use uvgraft_avatar::motion::{ClipOptions, GroundMode, Motion};
 use uvgraft_figure::Figure;
 use uvgraft_gltf::glb::{
-    self, AvatarMaterial, Export, Permissions, Picture, PictureFormat, VrmMeta,
+    self, AvatarMaterial, EmbeddedFormat, EmbeddedImage, Export, Permissions, VrmMeta,
 };
 use uvgraft_gltf::scene::{PoseRequest, Scene};
 use uvgraft_io::arrays::{self, NamedArrays};
@@ -22,7 +22,7 @@ use uvgraft_render::{RenderOptions, Renderer};
 use super::avatar::{amass, body, head};
 use super::{Outputs, bytes, fetched, row};
 use crate::failure::{OrBadInput, bad_input};
-use uvgraft_assembly::drawing::Picture as Sheet;
+use uvgraft_assembly::drawing::Sheet;
 
 /// Imports the body from the fetched wheel.
 const OPEN: &str = "open";
@@ -46,7 +46,7 @@ impl Files {
         let arrays = read(model)?;
         let (avatar, skin) =
             avatar(&arrays, size).with_context(|| model.display().to_string()).or_bad_input()?;
-        let looks = AvatarMaterial::new(Picture::encode(skin, PictureFormat::Png, 92)?);
+        let looks = AvatarMaterial::new(EmbeddedImage::encode(skin, EmbeddedFormat::Png, 92)?);
         let license = arrays.text("license").unwrap_or_default();
         let lines: Vec<&str> = license.lines().collect();
         let extras = Map::from_iter([("madeFrom".to_owned(), lines.clone().into())]);

@@ -3,7 +3,7 @@
 use std::path::{Path, PathBuf};
 
 use uvgraft::{Averaging, Channels, Depth, Filter, Size, Texture};
-use uvgraft_assembly::drawing::Picture as Sheet;
+use uvgraft_assembly::drawing::Sheet;
 use uvgraft_assembly::{AvatarRequest, Body, weights};
 use uvgraft_figure::Figure;
 use uvgraft_gltf::scene::{PoseRequest, Scene};
@@ -54,7 +54,7 @@ pub(super) fn photo(
 
 /// Makes the figure an avatar of a photograph, as `uvgraft avatar --selfie` does, and draws the
 /// photograph beside the avatar from the front, the side and as a whole.
-pub(super) fn made(photo: &Path) -> anyhow::Result<(Vec<u8>, Sheet)> {
+pub(super) fn build(photo: &Path) -> anyhow::Result<(Vec<u8>, Sheet)> {
     let mut request = AvatarRequest::new(Body::Figure, "selfie.glb");
     request.photos = vec![photo.into()];
     let glb = request.make(&Notes)?.file;

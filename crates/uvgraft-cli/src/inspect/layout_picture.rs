@@ -8,7 +8,7 @@ use uvgraft::mesh_report::MeshReport;
 use uvgraft::{MapOptions, Mesh, SamplingMap, Size, Texture};
 
 use crate::report::grouped;
-use uvgraft_assembly::drawing::{Picture, Rgb};
+use uvgraft_assembly::drawing::{Rgb, Sheet};
 use uvgraft_assembly::pair_picture::{BACKGROUND, CAPTION, MARGIN, PANEL, draw_lines};
 use uvgraft_assembly::recognition;
 
@@ -25,7 +25,7 @@ pub(super) fn write(
     let shown: Vec<&TileFaces> = report.tiles.iter().take(MAX_PANELS).collect();
     let count = shown.len() as u32;
     let size = Size::new(count * (PANEL + MARGIN) + MARGIN, PANEL + CAPTION + 2 * MARGIN);
-    let mut picture = Picture::new(size, BACKGROUND);
+    let mut picture = Sheet::new(size, BACKGROUND);
     let islands = Islands::new(mesh);
     for (index, tile) in (0u32..).zip(&shown) {
         let left = MARGIN + index * (PANEL + MARGIN);
@@ -35,7 +35,7 @@ pub(super) fn write(
             (_, _, Some(udim)) => format!("{name}: tile {udim}"),
             (_, _, None) => format!("{name}: column {}, row {}", tile.tile[0], tile.tile[1]),
         };
-        let title = Picture::fitted(&title, PANEL, 2);
+        let title = Sheet::fitted(&title, PANEL, 2);
         picture.text(&title, left, MARGIN, 2, [236, 238, 242]);
         let faces = recognition::triangles(tile.faces);
         let counts = if index == 0 {
@@ -44,7 +44,7 @@ pub(super) fn write(
         } else {
             faces
         };
-        let counts = Picture::fitted(&counts, PANEL, 1);
+        let counts = Sheet::fitted(&counts, PANEL, 1);
         picture.text(&counts, left, MARGIN + 28, 1, [160, 166, 176]);
     }
     Ok(picture.write(path)?)
@@ -53,7 +53,7 @@ pub(super) fn write(
 /// One tile of the layout.
 fn panel(mesh: &Mesh, islands: &Islands, [column, row]: [i32; 2]) -> anyhow::Result<Texture> {
     let size = Size::square(PANEL);
-    let mut panel = Picture::new(size, BACKGROUND.map(|value| value / 2));
+    let mut panel = Sheet::new(size, BACKGROUND.map(|value| value / 2));
     // Rows of tiles are counted upwards, and `v` grows downwards.
     let uv = mesh.uv().iter().map(|&[u, v]| [u - column as f32, v + row as f32]).collect();
     let positions = mesh.positions().to_vec();

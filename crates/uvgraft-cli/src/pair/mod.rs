@@ -126,7 +126,7 @@ pub(crate) fn run(args: &Args) -> anyhow::Result<ExitCode> {
     Ok(ExitCode::SUCCESS)
 }
 
-/// Refuses a pair that no texture would be carried by.
+/// Refuses a pair that no texture would be transferred by.
 fn check_reach(file: &pair_file::PairFile, report: &PairReport) -> anyhow::Result<()> {
     for (side, name) in [(&report.source, &file.source_name), (&report.target, &file.target_name)] {
         if side.texels.linked == 0 {

@@ -4,6 +4,7 @@ use std::sync::Arc;
 use std::time::Instant;
 
 use serde::Serialize;
+use uvgraft::statistics::median;
 use uvgraft::{
     Channels, Depth, Direction, Filter, FitOptions, Graft, GraftError, MapOptions, Pair,
     SamplingMap, Size, Sizes, Texture, TextureError,
@@ -27,7 +28,7 @@ pub(super) enum Method {
 }
 
 /// The input of a method.
-pub(super) struct Course<'a> {
+pub(super) struct RoundTripInput<'a> {
     pub(super) pair: &'a Arc<Pair>,
     /// The direction from the texture's layout to the other.
     pub(super) there: Direction,
@@ -39,7 +40,7 @@ pub(super) struct Course<'a> {
 }
 
 /// The result of a round trip.
-pub(super) struct Trip {
+pub(super) struct RoundTrip {
     /// The texture in the other layout.
     pub(super) via: Texture,
     /// The texture transferred back onto the original.
@@ -98,7 +99,7 @@ impl Method {
         }
     }
 
-    pub(super) fn run(self, course: &Course) -> anyhow::Result<Trip> {
+    pub(super) fn run(self, course: &RoundTripInput) -> anyhow::Result<RoundTrip> {
         match self {
             Self::Sampled(filter) => course.sampled(filter),
             Self::Fitted(filter) => course.fitted(filter),
@@ -116,7 +117,7 @@ struct Prepared {
     padding_s: f64,
 }
 
-impl Course<'_> {
+impl RoundTripInput<'_> {
     /// Without a gutter, which would overwrite the original around its islands.
     pub(super) fn map_back(&self) -> SamplingMap {
         self.map(self.there.opposite(), self.texture.size(), 0)
@@ -154,7 +155,7 @@ impl Course<'_> {
             .build()
     }
 
-    fn sampled(&self, filter: Filter) -> anyhow::Result<Trip> {
+    fn sampled(&self, filter: Filter) -> anyhow::Result<RoundTrip> {
         let prepared = self.prepare(filter)?;
         let grey = self.grey()?;
         let (via, there_s) = self.median_time(
@@ -164,7 +165,7 @@ impl Course<'_> {
         self.back_again(&prepared, via?, there_s, None)
     }
 
-    fn fitted(&self, filter: Filter) -> anyhow::Result<Trip> {
+    fn fitted(&self, filter: Filter) -> anyhow::Result<RoundTrip> {
         let prepared = self.prepare(filter)?;
         let (texture, grey) = (self.texture.clone(), self.grey()?);
         let bar = FitBar::default();
@@ -205,17 +206,17 @@ impl Course<'_> {
         via: Texture,
         there_s: f64,
         fit: Option<FitSummary>,
-    ) -> anyhow::Result<Trip> {
+    ) -> anyhow::Result<RoundTrip> {
         let (result, back_s) = self.median_time(
             || (via.clone(), self.texture.clone()),
             |(via, texture)| prepared.back.apply(via, texture),
         );
         let (maps_s, padding_s) = (prepared.maps_s, Some(prepared.padding_s));
         let times = Times { maps_s, padding_s, there_s, back_s };
-        Ok(Trip { via, back: result?, times, fit, whole_picture: None })
+        Ok(RoundTrip { via, back: result?, times, fit, whole_picture: None })
     }
 
-    fn grid(&self) -> anyhow::Result<Trip> {
+    fn grid(&self) -> anyhow::Result<RoundTrip> {
         let ((there, back), maps_s) =
             self.median_time(|| (), |()| (self.map(self.there, self.via, 0), self.map_back()));
         let grey = self.grey()?;
@@ -224,10 +225,10 @@ impl Course<'_> {
         let (result, back_s) = self
             .median_time(|| self.texture.clone(), |texture| grid::transfer(&back, &via, texture));
         let times = Times { maps_s, padding_s: None, there_s, back_s };
-        Ok(Trip { via, back: result, times, fit: None, whole_picture: None })
+        Ok(RoundTrip { via, back: result, times, fit: None, whole_picture: None })
     }
 
-    fn affine(&self) -> anyhow::Result<Trip> {
+    fn affine(&self) -> anyhow::Result<RoundTrip> {
         let grey = self.grey()?;
         let ((there, back), maps_s) = time(|| {
             (
@@ -246,7 +247,7 @@ impl Course<'_> {
             triangles: costs.iter().map(|cost| cost.triangles).sum(),
             extrapolated_s: costs.iter().map(|cost| cost.extrapolated_s).sum(),
         };
-        Ok(Trip { via, back: result, times, fit: None, whole_picture: Some(whole_picture) })
+        Ok(RoundTrip { via, back: result, times, fit: None, whole_picture: Some(whole_picture) })
     }
 
     /// Runs `work` several times on inputs made by `prepare`; returns the last result and the
@@ -258,8 +259,7 @@ impl Course<'_> {
             let (result, taken) = time(|| work(input));
             seconds.push(taken);
             if seconds.len() >= self.repeats as usize {
-                seconds.sort_unstable_by(f64::total_cmp);
-                return (result, seconds[seconds.len() / 2]);
+                return (result, median(seconds).unwrap_or_default());
             }
             input = prepare();
         }

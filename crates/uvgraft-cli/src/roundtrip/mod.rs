@@ -10,7 +10,7 @@ use anyhow::Context;
 use uvgraft::{Choice, Depth, Direction, Filter, MapOptions, Side, Size, Texture, choices};
 use uvgraft_files::output;
 use uvgraft_image::{self as image, Header, Image, WriteOptions};
-use uvgraft_io::pair_file;
+use uvgraft_io::pair_file::{self, PairFile};
 use uvgraft_metrics::{Colors, Mask};
 use uvgraft_pipeline::Outputs;
 
@@ -22,10 +22,10 @@ use crate::memory::{self, MemoryOption};
 use crate::number::whole_number;
 use crate::opacity::{over_black, warn_unless_opaque};
 use crate::report::parse_size;
-use crate::scores::{Judge, MetricsOption, Region, Scores};
+use crate::scores::{Judge, MetricsOption, ScoredRegion, Scores};
 use crate::terminal;
 use crate::{outcome, progress};
-use method::{Course, Method, Trip};
+use method::{Method, RoundTrip, RoundTripInput};
 use report::{Outcome, Report};
 
 /// Transfer a texture to the other layout and back, and measure the loss
@@ -115,6 +115,26 @@ impl Args {
         textures + 2 * colors + reading.max(fit).max(baseline).max(measuring)
     }
 
+    /// The names of the texture's layout and of the other.
+    fn layouts<'a>(&self, file: &'a PairFile) -> [&'a String; 2] {
+        match self.from {
+            Side::Source => [&file.source_name, &file.target_name],
+            Side::Target => [&file.target_name, &file.source_name],
+        }
+    }
+
+    /// The opaque texture, and what judges the results.
+    fn read_texture(&self) -> anyhow::Result<(Texture, Judge)> {
+        let opened = image::open(&self.texture).or_bad_input()?;
+        check_sides(opened.header().size, self.via)?;
+        let judge = self.metrics.judge()?;
+        self.memory.check("the round trip", self.needed(&opened.header(), &judge))?;
+        let texture = opened.decode().or_bad_input()?.texture;
+        // The baselines ignore opacity, and metrics compare colours only.
+        warn_unless_opaque(&texture, &self.texture);
+        Ok((over_black(texture), judge))
+    }
+
     /// The requested methods without duplicates, our own first.
     fn methods(&self) -> Vec<Method> {
         let sampled = self.filter.iter().copied().map(Method::Sampled);
@@ -143,28 +163,13 @@ pub(crate) fn run(args: &Args) -> anyhow::Result<ExitCode> {
     let folder =
         args.output.as_deref().map(|path| Folder::new(path, args, &methods)).transpose()?;
     let file = pair_file::read(&args.pair).or_bad_input()?;
-    let opened = image::open(&args.texture).or_bad_input()?;
-    let size = opened.header().size;
-    for (what, size) in [("the texture", size), ("--via", args.via)] {
-        if size.width.max(size.height) > MAX_SIDE {
-            return Err(bad_input(format!(
-                "{what} must be at most {MAX_SIDE} texels a side, got {size}"
-            )));
-        }
-    }
-    let judge = args.metrics.judge()?;
-    args.memory.check("the round trip", args.needed(&opened.header(), &judge))?;
-    let texture = opened.decode().or_bad_input()?.texture;
-    // The baselines ignore opacity, and metrics compare colours only.
-    warn_unless_opaque(&texture, &args.texture);
-    let texture = over_black(texture);
-    let there = match args.from {
-        Side::Source => Direction::Forward,
-        Side::Target => Direction::Reverse,
-    };
-    let course = Course {
+    let (texture, judge) = args.read_texture()?;
+    let course = RoundTripInput {
         pair: &file.pair,
-        there,
+        there: match args.from {
+            Side::Source => Direction::Forward,
+            Side::Target => Direction::Reverse,
+        },
         texture: &texture,
         via: args.via,
         gutter_px: args.gutter,
@@ -175,8 +180,8 @@ pub(crate) fn run(args: &Args) -> anyhow::Result<ExitCode> {
     })?;
     let linked = mask.count();
     let regions = [
-        Region { name: "whole image".to_owned(), mask: None },
-        Region { name: "transferred region".to_owned(), mask: Some(mask) },
+        ScoredRegion { name: "whole image".to_owned(), mask: None },
+        ScoredRegion { name: "transferred region".to_owned(), mask: Some(mask) },
     ];
     let original = Colors::new(texture.clone())
         .with_context(|| args.texture.display().to_string())
@@ -185,32 +190,11 @@ pub(crate) fn run(args: &Args) -> anyhow::Result<ExitCode> {
         folder.make()?;
     }
 
-    let progress = progress::bar(methods.len() as u64, "{bar:24} {pos}/{len} {wide_msg}");
-    let mut outcomes = Vec::new();
-    let mut top = None;
-    for method in methods {
-        progress.set_message(format!("{}: round trip", method.title()));
-        let trip = method.run(&course)?;
-        progress.set_message(format!("{}: comparing", method.title()));
-        let back = Colors::new(trip.back.clone())?;
-        let scores = Scores::new(&original, &back, &regions, &judge);
-        if let Some(folder) = &folder {
-            // All heatmaps share the scale of the first one, so that they can be compared.
-            let errors = heatmap::Errors::new(&original, &back, &regions[1..]);
-            let top = *top.get_or_insert_with(|| errors.top());
-            folder.write(method, &trip, &errors, top)?;
-        }
-        outcomes.push(Outcome::new(method, &trip, scores));
-        progress.inc(1);
-    }
-    progress.finish_and_clear();
+    let outcomes = compare(methods, &course, (&original, &regions, &judge), folder.as_ref())?;
     let report = Report {
         texture: terminal::file_name(&args.texture),
         pair: terminal::file_name(&args.pair),
-        layouts: match args.from {
-            Side::Source => [&file.source_name, &file.target_name].map(Clone::clone),
-            Side::Target => [&file.target_name, &file.source_name].map(Clone::clone),
-        },
+        layouts: args.layouts(&file).map(Clone::clone),
         size: texture.size(),
         via: args.via,
         linked,
@@ -227,6 +211,47 @@ pub(crate) fn run(args: &Args) -> anyhow::Result<ExitCode> {
     }
     outcome::report(|| &report, || markdown)?;
     Ok(ExitCode::SUCCESS)
+}
+
+fn check_sides(texture: Size, via: Size) -> anyhow::Result<()> {
+    for (what, size) in [("the texture", texture), ("--via", via)] {
+        if size.width.max(size.height) > MAX_SIDE {
+            return Err(bad_input(format!(
+                "{what} must be at most {MAX_SIDE} texels a side, got {size}"
+            )));
+        }
+    }
+    Ok(())
+}
+
+/// Runs the round trip by each method, compares the results with the original, and writes their
+/// pictures to a folder, if there is one.
+fn compare(
+    methods: Vec<Method>,
+    course: &RoundTripInput<'_>,
+    (original, regions, judge): (&Colors, &[ScoredRegion; 2], &Judge),
+    folder: Option<&Folder<'_>>,
+) -> anyhow::Result<Vec<Outcome>> {
+    let progress = progress::bar(methods.len() as u64, "{bar:24} {pos}/{len} {wide_msg}");
+    let mut outcomes = Vec::new();
+    let mut top = None;
+    for method in methods {
+        progress.set_message(format!("{}: round trip", method.title()));
+        let trip = method.run(course)?;
+        progress.set_message(format!("{}: comparing", method.title()));
+        let back = Colors::new(trip.back.clone())?;
+        let scores = Scores::new(original, &back, regions, judge);
+        if let Some(folder) = folder {
+            // All heatmaps share the scale of the first one, so that they can be compared.
+            let errors = heatmap::Errors::new(original, &back, &regions[1..]);
+            let top = *top.get_or_insert_with(|| errors.top());
+            folder.write(method, &trip, &errors, top)?;
+        }
+        outcomes.push(Outcome::new(method, &trip, scores));
+        progress.inc(1);
+    }
+    progress.finish_and_clear();
+    Ok(outcomes)
 }
 
 /// The output folder; checked before any work starts.
@@ -270,7 +295,7 @@ impl<'a> Folder<'a> {
     fn write(
         &self,
         method: Method,
-        trip: &Trip,
+        trip: &RoundTrip,
         errors: &heatmap::Errors,
         top: f32,
     ) -> anyhow::Result<()> {

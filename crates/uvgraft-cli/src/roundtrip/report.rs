@@ -6,7 +6,7 @@ use serde::Serialize;
 use uvgraft::Size;
 use uvgraft_metrics::baseline::affine::MEDIAN_PX;
 
-use super::method::{Method, Times, Trip, WholePicture};
+use super::method::{Method, RoundTrip, Times, WholePicture};
 use crate::fitting::FitSummary;
 use crate::report::grouped;
 use crate::scores::{Scores, better, formatted, title_with_arrow};
@@ -44,7 +44,7 @@ pub(super) struct Outcome {
 }
 
 impl Outcome {
-    pub(super) fn new(method: Method, trip: &Trip, regions: Scores) -> Self {
+    pub(super) fn new(method: Method, trip: &RoundTrip, regions: Scores) -> Self {
         Self {
             method: method.title(),
             runs_on_our_maps: method == Method::Grid,

@@ -7,7 +7,7 @@ use uvgraft_metrics::seams::{SeamEdge, Step, Unfolded};
 use super::colors::{BEHIND, shown};
 use super::report::texel;
 use uvgraft_assembly::drawing::Pen;
-use uvgraft_assembly::drawing::{Picture, Rgb};
+use uvgraft_assembly::drawing::{Rgb, Sheet};
 
 /// Side of a crop, in pixels.
 pub(super) const CROP: u32 = 156;
@@ -34,9 +34,9 @@ impl<'a> EdgeCrop<'a> {
     }
 
     /// The texture around the step on one side, with the edge and the sampling position.
-    pub fn side(&self, side: usize) -> anyhow::Result<Picture> {
+    pub fn side(&self, side: usize) -> anyhow::Result<Sheet> {
         let center = texel(self.step.uv[side], self.texture.size());
-        let mut picture = Picture::new(Size::square(CROP), BEHIND);
+        let mut picture = Sheet::new(Size::square(CROP), BEHIND);
         for y in 0..CROP {
             for x in 0..CROP {
                 let [right, down] = [x, y].map(|pixel| self.texels_from_middle(pixel));
@@ -62,7 +62,7 @@ impl<'a> EdgeCrop<'a> {
 
     /// Both sides as they lie on the surface: the first one left of the edge, which stands upright
     /// between two marks, the second one right of it.
-    pub fn unfolded(&self, surface: &Unfolded<'_>) -> anyhow::Result<Picture> {
+    pub fn unfolded(&self, surface: &Unfolded<'_>) -> anyhow::Result<Sheet> {
         // Scaled to the side of the edge with more texels.
         let texels_along = |k: usize| {
             let [a, b] =
@@ -70,7 +70,7 @@ impl<'a> EdgeCrop<'a> {
             distance(a, b)
         };
         let per_texel = self.edge.length / texels_along(0).max(texels_along(1)).max(1e-9);
-        let mut picture = Picture::new(Size::square(CROP), BEHIND);
+        let mut picture = Sheet::new(Size::square(CROP), BEHIND);
         for y in 0..CROP {
             for x in 0..CROP {
                 let [across, forward] =

@@ -7,7 +7,7 @@ use uvgraft_metrics::seams::{SkinColors, ToneMatch};
 use super::colors::{UNKNOWN, shown};
 use super::style::{TEXT, TITLE};
 use super::tone;
-use uvgraft_assembly::drawing::{Picture, Rgb};
+use uvgraft_assembly::drawing::{Rgb, Sheet};
 
 /// Maximum height of a panel in pixels.
 const TALLEST: u32 = 680;
@@ -67,17 +67,17 @@ impl<'a> Face<'a> {
     }
 
     /// Draws it with its top left corner at a position.
-    pub fn draw(&self, picture: &mut Picture, [left, top]: [u32; 2], width: u32) {
+    pub fn draw(&self, picture: &mut Sheet, [left, top]: [u32; 2], width: u32) {
         picture.text("face", left, top, 2, TITLE);
         let text = self.lines.iter().map(|line| (line, TEXT));
         let text = text.chain(self.verdict.iter().map(|verdict| (verdict, TITLE)));
         for ((text, color), top) in text.zip((top + HEADING..).step_by(LINE as usize)) {
-            picture.text(&Picture::fitted(text, width, 1), left, top, 1, color);
+            picture.text(&Sheet::fitted(text, width, 1), left, top, 1, color);
         }
         let size = self.panel(width);
         let top = top + self.text_height();
         for (panel, left) in self.panels.iter().zip((left..).step_by((size.width + GAP) as usize)) {
-            picture.text(&Picture::fitted(panel.name, size.width, 1), left, top, 1, TEXT);
+            picture.text(&Sheet::fitted(panel.name, size.width, 1), left, top, 1, TEXT);
             let top = top + CAPTION;
             self.crop(picture, panel.texture, [left, top], size);
             swatches(picture, panel.skin, [left, top + size.height], size.width);
@@ -104,7 +104,7 @@ impl<'a> Face<'a> {
         [0, 1].map(|k| ((high[k] - low[k]) * texels[k]).max(1.0))
     }
 
-    fn crop(&self, picture: &mut Picture, texture: &Texture, [left, top]: [u32; 2], panel: Size) {
+    fn crop(&self, picture: &mut Sheet, texture: &Texture, [left, top]: [u32; 2], panel: Size) {
         let size = texture.size();
         let first = [self.uv[0][0] * f64::from(size.width), self.uv[0][1] * f64::from(size.height)];
         let [right, down] = self.extent(size);
@@ -119,7 +119,7 @@ impl<'a> Face<'a> {
 }
 
 /// Cheeks and chest side by side, to show their difference, with labels below.
-fn swatches(picture: &mut Picture, skin: Option<SkinColors>, [left, top]: [u32; 2], width: u32) {
+fn swatches(picture: &mut Sheet, skin: Option<SkinColors>, [left, top]: [u32; 2], width: u32) {
     let (colors, delta_e, below) = match skin {
         Some(skin) => {
             let rgb = |color: [f32; 3]| color.map(|value| (value * 255.0 + 0.5) as u8);
@@ -133,7 +133,7 @@ fn swatches(picture: &mut Picture, skin: Option<SkinColors>, [left, top]: [u32; 
         (0..SWATCH).for_each(|y| picture.set(left + x, top + y, color));
     }
     let top = top + SWATCH + 6;
-    let room = |text: &str| Picture::text_width(text, 1);
+    let room = |text: &str| Sheet::text_width(text, 1);
     picture.text("cheeks", left, top, 1, TEXT);
     picture.text(&delta_e, left + (width - room(&delta_e).min(width)) / 2, top, 1, TITLE);
     picture.text(below, left + width - room(below).min(width), top, 1, TEXT);

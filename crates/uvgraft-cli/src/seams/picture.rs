@@ -11,7 +11,7 @@ use super::report::{Subject, kind, worst};
 use super::style::{TEXT, TITLE};
 use crate::report::grouped;
 use uvgraft_assembly::drawing::Pen;
-use uvgraft_assembly::drawing::{Picture, Rgb};
+use uvgraft_assembly::drawing::{Rgb, Sheet};
 
 /// Longer side of the layout in pixels.
 const PANEL: u32 = 1140;
@@ -35,7 +35,7 @@ pub(super) fn draw(
     texture: &Texture,
     seams: &SeamReport,
     face: Option<&Face<'_>>,
-) -> anyhow::Result<Picture> {
+) -> anyhow::Result<Sheet> {
     let places: Vec<(&SeamEdge, Step)> = worst(seams).take(MAX_PLACES).collect();
     let layout = layout(texture, seams, &places)?;
     // As many in a column as fit next to the layout, unless that takes too many columns.
@@ -45,7 +45,7 @@ pub(super) fn draw(
     let bottom = HEAD + PANEL.max(rows * CELL.height) + MARGIN;
     let below = face.map_or(0, |face| face.height(width - 2 * MARGIN) + MARGIN);
     let size = Size::new(width, bottom + below);
-    let mut picture = Picture::new(size, BACKGROUND);
+    let mut picture = Sheet::new(size, BACKGROUND);
     head(&mut picture, subject, seams, size.width - 2 * MARGIN);
     let Size { width, height } = layout.size();
     picture.paste(&layout, MARGIN + (PANEL - width) / 2, HEAD + (PANEL - height) / 2);
@@ -62,9 +62,9 @@ pub(super) fn draw(
     Ok(picture)
 }
 
-fn head(picture: &mut Picture, subject: &Subject, seams: &SeamReport, width: u32) {
+fn head(picture: &mut Sheet, subject: &Subject, seams: &SeamReport, width: u32) {
     let title = format!("seams of {}", subject.texture);
-    picture.text(&Picture::fitted(&title, width, 2), MARGIN, MARGIN, 2, TITLE);
+    picture.text(&Sheet::fitted(&title, width, 2), MARGIN, MARGIN, 2, TITLE);
     let text = format!(
         "on {}, {} texels; colours sampled {} from the edge on either side; the region \
          is {}",
@@ -73,7 +73,7 @@ fn head(picture: &mut Picture, subject: &Subject, seams: &SeamReport, width: u32
         subject.offset(),
         subject.region
     );
-    picture.text(&Picture::fitted(&text, width, 1), MARGIN, MARGIN + 26, 1, TEXT);
+    picture.text(&Sheet::fitted(&text, width, 1), MARGIN, MARGIN + 26, 1, TEXT);
     let columns = [("UV seams", &seams.uv_seams, false), ("boundary", &seams.rim, true)];
     for (index, (name, group, is_rim)) in (0u32..).zip(columns) {
         scale(picture, [MARGIN + index * (PANEL / 2 + 6), MARGIN + 46], name, group, is_rim);
@@ -81,13 +81,7 @@ fn head(picture: &mut Picture, subject: &Subject, seams: &SeamReport, width: u32
 }
 
 /// The statistics of a kind of edges, and its colour scale.
-fn scale(
-    picture: &mut Picture,
-    [left, top]: [u32; 2],
-    name: &str,
-    group: &EdgeGroup,
-    is_rim: bool,
-) {
+fn scale(picture: &mut Sheet, [left, top]: [u32; 2], name: &str, group: &EdgeGroup, is_rim: bool) {
     const WIDTH: u32 = PANEL / 2 - 30;
     const HEIGHT: u32 = 10;
     let steps = group.delta_e.map_or("not measured".to_owned(), |steps| {
@@ -97,14 +91,14 @@ fn scale(
         )
     });
     let text = format!("{name}: {} edges, {steps}", grouped(group.edges));
-    picture.text(&Picture::fitted(&text, WIDTH, 1), left, top, 1, TITLE);
+    picture.text(&Sheet::fitted(&text, WIDTH, 1), left, top, 1, TITLE);
     for x in 0..WIDTH {
         let color = step_color(f64::from(x) / f64::from(WIDTH - 1) * TOP, is_rim);
         (0..HEIGHT).for_each(|y| picture.set(left + x, top + 14 + y, color));
     }
     for (delta_e, text) in [(0.0, "0"), (2.0, "2"), (5.0, "5"), (TOP, "10 and more")] {
         let at = (delta_e / TOP * f64::from(WIDTH - 1)) as u32;
-        let room = Picture::text_width(text, 1);
+        let room = Sheet::text_width(text, 1);
         let start = (at.saturating_sub(room / 2)).min(WIDTH - room);
         (0..3).for_each(|y| picture.set(left + at, top + 14 + HEIGHT + y, TEXT));
         picture.text(text, left + start, top + 14 + HEIGHT + 5, 1, TEXT);
@@ -123,7 +117,7 @@ fn layout(
         ((share * f64::from(PANEL)) as u32).max(1)
     };
     let size = Size::new(side(width), side(height));
-    let mut panel = Picture::new(size, BEHIND);
+    let mut panel = Sheet::new(size, BEHIND);
     for y in 0..size.height {
         for x in 0..size.width {
             let color = reduced(texture, size, x, y);
@@ -159,7 +153,7 @@ fn layout(
             let [x, y] = pixel(uv).map(|value| value.clamp(0.0, f64::from(PANEL)) as u32);
             let text = number.to_string();
             // Beside the ring, on the side with space.
-            let room = Picture::text_width(&text, 1);
+            let room = Sheet::text_width(&text, 1);
             let left =
                 if x + 14 + room < size.width { x + 12 } else { x.saturating_sub(12 + room) };
             let top = y.saturating_sub(4);
@@ -196,7 +190,7 @@ fn reduced(texture: &Texture, panel: Size, x: u32, y: u32) -> Rgb {
 
 /// One close-up: its caption, its two colours side by side, and three crops.
 fn cell(
-    picture: &mut Picture,
+    picture: &mut Sheet,
     [left, top]: [u32; 2],
     number: u32,
     (edge, step): (&SeamEdge, Step),
@@ -209,7 +203,7 @@ fn cell(
     picture.text(&title, left, top, 2, TITLE);
     let [a, b] = edge.sides.map(|side| side.face);
     let text = format!("triangles {a}, {b}; largest difference {:.1}", step.delta_e);
-    picture.text(&Picture::fitted(&text, CELL.width - 80, 1), left, top + 23, 1, TEXT);
+    picture.text(&Sheet::fitted(&text, CELL.width - 80, 1), left, top + 23, 1, TEXT);
     let colors = step.colors.map(|color| color.map(|value| (value * 255.0 + 0.5) as u8));
     for (color, start) in colors.into_iter().zip([CELL.width - 2 * SWATCH, CELL.width - SWATCH]) {
         for pixel in 0..SWATCH * SWATCH {

@@ -6,12 +6,11 @@ use uvgraft_pipeline::Unit;
 
 use crate::failure::{Notes, bad_input};
 
-/// A region of a layout.
-pub(super) struct Region {
+/// A selection of the surface, with the mesh of its layout cut along its boundary.
+pub(super) struct CutRegion {
     /// Its name for reports.
     pub name: &'static str,
-    /// The mesh of the layout, cut along the boundary of the region, and which triangles belong to
-    /// it.
+    /// The cut mesh, and which of its triangles are selected.
     pub cut: CutMesh,
 }
 
@@ -20,9 +19,9 @@ pub(super) fn of(
     wanted: &uvgraft_pipeline::Region,
     domain: &BlendDomain,
     unit: Unit,
-) -> anyhow::Result<Region> {
+) -> anyhow::Result<CutRegion> {
     let selection = wanted.select(domain, unit, &Notes)?;
     let blend = Blend::new(&selection, BlendOptions::default()).map_err(bad_input)?;
     let name = if wanted.is_everything() { "the linked triangles" } else { "the selected part" };
-    Ok(Region { name, cut: blend.cut()? })
+    Ok(CutRegion { name, cut: blend.cut()? })
 }

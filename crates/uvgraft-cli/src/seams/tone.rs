@@ -11,7 +11,7 @@ use uvgraft_metrics::seams::{
     SkinColors, ToneMatch, ToneReferences, TransferredFace, measure_tone,
 };
 
-use super::region::Region;
+use super::region::CutRegion;
 use crate::failure::{OrBadInput, bad_input};
 use crate::heading;
 
@@ -87,7 +87,7 @@ impl OpenReferences {
 pub(super) fn measured(
     anatomy: Option<&Anatomy>,
     domain: &BlendDomain,
-    region: &Region,
+    region: &CutRegion,
     texture: &Texture,
     references: &References,
 ) -> anyhow::Result<Option<ToneMatch>> {

@@ -162,7 +162,7 @@ impl Verdict {
 
 #[cfg(test)]
 mod tests {
-    use uvgraft_metrics::seams::Side;
+    use uvgraft_metrics::seams::SeamSide;
 
     use super::*;
 
@@ -172,7 +172,7 @@ mod tests {
 
     /// An edge of length 1 along X.
     fn edge(x: f32, mean: f64) -> SeamEdge {
-        let side = Side { face: 0, corner: 0, uv: [[0.0; 2]; 2] };
+        let side = SeamSide { face: 0, corner: 0, uv: [[0.0; 2]; 2] };
         SeamEdge {
             sides: [side; 2],
             ends: [[x, 0.0, 0.0], [x + 1.0, 0.0, 0.0]],

@@ -71,28 +71,28 @@ pub(crate) struct Args {
 pub(crate) fn run(args: &Args) -> anyhow::Result<ExitCode> {
     let request = args.request();
     args.check(&request)?;
-    let made = request.make(&Notes)?;
-    save(made.texture(), &args.output)?;
+    let fitted = request.make(&Notes)?;
+    save(fitted.texture(), &args.output)?;
     if let Some(path) = &args.known {
-        save(made.known(), path)?;
+        save(fitted.known(), path)?;
     }
     let cannot = |path: &Path| format!("cannot write {}", path.display());
     if let Some(path) = &args.mesh {
-        obj::save(&made.shaped_mesh()?, path).with_context(|| cannot(path))?;
+        obj::save(&fitted.shaped_mesh()?, path).with_context(|| cannot(path))?;
         outcome::wrote(path);
     }
     if let Some(path) = &args.cameras {
-        let json = made.cameras_json()?;
+        let json = fitted.cameras_json()?;
         write_atomically::<io::Error>(path, |out| out.write_all(json.as_bytes()))
             .with_context(|| cannot(path))?;
         outcome::wrote(path);
     }
     if let Some(path) = &args.sheet {
-        drawing::write(made.sheet()?, path)?;
+        drawing::write(fitted.sheet()?, path)?;
         outcome::wrote(path);
     }
-    made.warn(&Notes);
-    let figures = made.figures();
+    fitted.warn(&Notes);
+    let figures = fitted.figures();
     outcome::report(|| &figures, || figures.to_string())?;
     if let Some(mesh) = args.mesh.as_ref().or(Some(&args.head).filter(|head| head.is_file())) {
         outcome::look_by_picture(mesh, Some(&args.output), true);

@@ -242,20 +242,20 @@ pub(crate) fn run(args: &Args) -> anyhow::Result<ExitCode> {
         pair_picture::of_region(file, blend)?.write(path)?;
         outcome::wrote(path);
     }
-    args.tell(&progress, &done);
+    args.report_outputs(&progress, &done);
     let unsaid = progress.is_silenced().then_some(Fault::Work);
     Ok(done.worst().or(unsaid).map_or(ExitCode::SUCCESS, exit_code_of))
 }
 
-/// The transfer alone: nothing is told, neither of the textures nor of what was written.
+/// The transfer alone: nothing is printed, neither on the textures nor on what was written.
 pub(crate) fn run_silently(args: &Args) -> anyhow::Result<()> {
     let done = args.checked_transfer()?.run(&())?;
     done.failures.into_iter().next().map_or(Ok(()), |failure| Err(failure.into()))
 }
 
 impl Args {
-    /// Tells what was written, and how to look at the first of it: on the mesh, if it has colours.
-    fn tell(&self, progress: &Progress, done: &Transferred) {
+    /// Lists what was written, and how to look at the first of it: on the mesh, if it has colours.
+    fn report_outputs(&self, progress: &Progress, done: &Transferred) {
         let written = progress.written();
         match done.written > written.len() {
             true => outcome::wrote(&self.output),

@@ -43,7 +43,7 @@ impl Progress {
         Self { start: Instant::now(), state: Mutex::new(state) }
     }
 
-    /// Whether something of what was to be told on the way could not be written. The reason was printed.
+    /// Whether something of what was to be printed on the way could not be written. The reason was printed.
     pub(super) fn is_silenced(&self) -> bool {
         self.state().is_silenced
     }

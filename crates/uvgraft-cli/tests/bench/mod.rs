@@ -277,11 +277,11 @@ impl Bench {
         let run = self.run_args(args);
         assert_eq!(run.code, Some(2), "exit code of: uvgraft {case}\n{run:?}");
         let document: Option<serde_json::Value> = serde_json::from_str(&run.stdout).ok();
-        let is_told = match document.filter(|_| args.contains(&"--json")) {
+        let is_reported = match document.filter(|_| args.contains(&"--json")) {
             Some(document) => document["uvgraft"]["ok"] == false,
             None => run.stdout.is_empty(),
         };
-        assert!(is_told, "standard output of: uvgraft {case}\n{}", run.stdout);
+        assert!(is_reported, "standard output of: uvgraft {case}\n{}", run.stdout);
         assert!(run.stderr.starts_with("error: "), "uvgraft {case}\n{}", run.stderr);
         for wanted in wanted {
             let found = run.stderr.contains(wanted);

@@ -1,7 +1,7 @@
 //! OBJ of modellers, scanners, scripts and spreadsheets.
 
 use super::meshes::{COMMAND, Sheet, difference};
-use super::{Case, Refused, Same, Told, case, check};
+use super::{Case, Refused, Same, Warned, case, check};
 use crate::bench::Bench;
 
 /// How a file spells its statements.
@@ -224,7 +224,7 @@ fn statements() -> Vec<Case> {
             "a part without coordinates",
             "mesh.obj",
             plain() + "o hair\nf 1 2 6 5\nf 2 3 7\n",
-            Told("mesh.obj: 2 of 8 polygons have no UV coordinates and are left out: \"hair\""),
+            Warned("mesh.obj: 2 of 8 polygons have no UV coordinates and are left out: \"hair\""),
         ),
     ]
 }

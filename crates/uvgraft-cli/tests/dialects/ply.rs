@@ -1,7 +1,7 @@
 //! PLY of scanners, MeshLab, Blender and scripts.
 
 use super::meshes::{COMMAND, Sheet, difference};
-use super::{Case, Refused, Same, Told, case, check};
+use super::{Case, Refused, Same, Warned, case, check};
 use crate::bench::Bench;
 
 /// How values are written.
@@ -203,7 +203,9 @@ fn cases() -> Vec<Case> {
         ply(
             "faces without coordinates",
             at_corners(Little, 2),
-            Told("2 of 8 polygons have no UV coordinates and are left out: \"skin of a face.png\""),
+            Warned(
+                "2 of 8 polygons have no UV coordinates and are left out: \"skin of a face.png\"",
+            ),
         ),
         ply("no coordinates", named("a", "b"), Refused("no UV coordinates: vertices must have")),
         ply(

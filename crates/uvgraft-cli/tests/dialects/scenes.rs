@@ -4,7 +4,7 @@ use serde_json::{Value, json};
 use uvgraft_tests::strip::Strip;
 
 use super::meshes::{COMMAND, Sheet, difference};
-use super::{Case, Expected, Near, Refused, Same, Told, case, check};
+use super::{Case, Expected, Near, Refused, Same, Warned, case, check};
 use crate::bench::Bench;
 
 const FLOAT: u32 = 5126;
@@ -295,7 +295,7 @@ fn structure() -> Vec<Case> {
         glb(
             "a part without coordinates",
             bare,
-            Told("12 of 24 polygons have no UV coordinates and are left out: \"hair\""),
+            Warned("12 of 24 polygons have no UV coordinates and are left out: \"hair\""),
         ),
         glb("points", mode(&indices(), 0), Refused("must have triangles")),
         glb(

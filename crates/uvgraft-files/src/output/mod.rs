@@ -193,7 +193,8 @@ pub fn check_folder(folder: &Path) -> io::Result<()> {
     AtomicFile::create(&folder.join("output")).map(drop)
 }
 
-fn folder_of(path: &Path) -> &Path {
+/// The folder that a file is in, `.` for a mere name.
+pub fn folder_of(path: &Path) -> &Path {
     path.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."))
 }
 
@@ -335,7 +336,7 @@ mod tests {
     }
 
     #[test]
-    fn names_that_the_system_cannot_have_are_told_first() {
+    fn names_that_the_system_cannot_have_are_reported_first() {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("n".repeat(300));
         assert!(AtomicFile::create(&path).is_err());

@@ -120,9 +120,9 @@ fn get(number: u32, out: &mut Vec<u8>) {
 
 /// - `length`: of the bytes.
 fn sized(code: u8, length: usize, stated: Option<Number>, out: &mut Vec<u8>) {
-    let told = stated.map_or(length as u64, |to| to.instead_of(length as u64));
+    let reported = stated.map_or(length as u64, |to| to.instead_of(length as u64));
     out.push(code);
-    out.extend(told.to_le_bytes());
+    out.extend(reported.to_le_bytes());
     out.resize(out.len() + length, b'a');
 }
 

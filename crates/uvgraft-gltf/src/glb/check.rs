@@ -5,7 +5,7 @@ use uvgraft_avatar::Avatar;
 use uvgraft_avatar::rig::RigError;
 
 use super::vrm;
-use super::{AvatarMaterial, Export, PictureFormat};
+use super::{AvatarMaterial, EmbeddedFormat, Export};
 use crate::container::TooLarge;
 
 /// Why an avatar cannot be written.
@@ -49,7 +49,7 @@ pub enum GlbError {
     #[error("a thumbnail must be a square PNG or JPEG image, got {found:?} of {size}")]
     Thumbnail {
         /// Its format.
-        found: PictureFormat,
+        found: EmbeddedFormat,
         /// Its size.
         size: Size,
     },
@@ -92,7 +92,7 @@ pub(super) fn check(
     check_levels(avatar, export)?;
     if let Some(picture) = &export.thumbnail {
         let size = picture.size();
-        let is_plain = matches!(picture.format(), PictureFormat::Png | PictureFormat::Jpeg);
+        let is_plain = matches!(picture.format(), EmbeddedFormat::Png | EmbeddedFormat::Jpeg);
         if size.width != size.height || !is_plain {
             return Err(GlbError::Thumbnail { found: picture.format(), size });
         }

@@ -32,7 +32,6 @@ pub(super) fn write(
     let held_frames = if clip.times.len() > 1 { vec![0, clip.times.len() - 1] } else { vec![0] };
     let times = |values| Track { values, components: 1, bounds: true };
     let mut tracks = vec![times(clip.times.clone()), times(ends)];
-    // Node, path, whether it is constant, and index of its track.
     let mut channels = Vec::new();
     let mut add = |node, path, values: Vec<Vec<f32>>, is_held: bool| {
         let components = values[0].len();
@@ -41,7 +40,7 @@ pub(super) fn write(
         } else {
             values.into_iter().flatten().collect()
         };
-        channels.push((node, path, is_held, tracks.len()));
+        channels.push(TrackChannel { node, path, is_held, track: tracks.len() });
         tracks.push(Track { values, components, bounds: false });
     };
     let root = Vec3::from(skeleton.joints()[0].position);
@@ -68,8 +67,27 @@ pub(super) fn write(
         let values = turns.iter().map(|turn| turn.to_array().to_vec());
         add(joint, "rotation", values.collect(), held(turns));
     }
-    // Unused time tracks are left out.
-    let used = |held| channels.iter().any(|&(_, _, is_held, _)| is_held == held);
+    animation(clip.name.clone(), tracks, channels, buffer)
+}
+
+/// What a channel moves, and with which track.
+struct TrackChannel {
+    node: usize,
+    path: &'static str,
+    /// Whether it has the time track of both ends, or of every frame.
+    is_held: bool,
+    track: usize,
+}
+
+/// Stores the tracks, of which the first two are the times of every frame and of both ends, without
+/// times that no channel uses.
+fn animation(
+    name: String,
+    tracks: Vec<Track>,
+    channels: Vec<TrackChannel>,
+    buffer: &mut Buffer,
+) -> Animation {
+    let used = |held| channels.iter().any(|channel| channel.is_held == held);
     let [moving, holding] = [used(false), used(true)];
     let mut kept: Vec<Track> = Vec::with_capacity(tracks.len());
     let mut number = vec![0; tracks.len()];
@@ -81,9 +99,8 @@ pub(super) fn write(
         kept.push(track);
     }
     let accessors = buffer.tracks(&kept);
-    let mut animation =
-        Animation { name: clip.name.clone(), channels: Vec::new(), samplers: Vec::new() };
-    for (node, path, is_held, track) in channels {
+    let mut animation = Animation { name, channels: Vec::new(), samplers: Vec::new() };
+    for TrackChannel { node, path, is_held, track } in channels {
         let sampler = animation.samplers.len();
         animation.channels.push(Channel { sampler, target: ChannelTarget { node, path } });
         let input = accessors[number[usize::from(is_held)]];

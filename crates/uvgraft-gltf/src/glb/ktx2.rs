@@ -5,8 +5,8 @@
 
 use uvgraft::{Averaging, Channels, Depth, Encoding, Filter, Size, Texels, Texture, TextureError};
 
+use super::embed_error::EmbedError;
 use super::ktx2_header::KTX2_IDENTIFIER;
-use super::picture_error::PictureError;
 use super::uastc::{self, Level};
 
 /// Encodes an sRGB or data texture; returns the file and its size in texels.
@@ -15,11 +15,11 @@ use super::uastc::{self, Level};
 /// multiple, which leaves every point of the image at its UV.
 ///
 /// # Errors
-/// [`PictureError`] if a side is above 16384, or for lack of memory.
-pub(crate) fn encode(texture: Texture, has_alpha: bool) -> Result<(Vec<u8>, Size), PictureError> {
+/// [`EmbedError`] if a side is above 16384, or for lack of memory.
+pub(crate) fn encode(texture: Texture, has_alpha: bool) -> Result<(Vec<u8>, Size), EmbedError> {
     let Size { width, height } = texture.size();
     if width.max(height) > uastc::MAX_SIDE {
-        return Err(PictureError::Ktx2 { problem: "must have at most 16384 texels a side" });
+        return Err(EmbedError::Ktx2 { problem: "must have at most 16384 texels a side" });
     }
     let is_color = texture.encoding() != Encoding::Data;
     let size = Size::new(width.next_multiple_of(4), height.next_multiple_of(4));
@@ -30,7 +30,7 @@ pub(crate) fn encode(texture: Texture, has_alpha: bool) -> Result<(Vec<u8>, Size
     )?;
     let levels = pyramid(texture, is_color)?;
     let blocks = uastc::encode(&levels, is_color)
-        .ok_or(PictureError::Ktx2 { problem: "could not be encoded" })?;
+        .ok_or(EmbedError::Ktx2 { problem: "could not be encoded" })?;
     Ok((file(size, is_color, has_alpha, &blocks), size))
 }
 
@@ -143,7 +143,7 @@ mod tests {
         TranscodeParameters, Transcoder, TranscoderTextureFormat as TargetFormat,
     };
 
-    use super::super::{Picture, PictureFormat};
+    use super::super::{EmbeddedFormat, EmbeddedImage};
     use super::*;
 
     /// Waves with a period of 256 texels, and an alpha ramp along X.
@@ -283,13 +283,13 @@ mod tests {
     #[test]
     fn sides_become_multiples_of_4() {
         let texture = smooth(Size::new(63, 130), Channels::Rgba, Encoding::Srgb);
-        let picture = Picture::encode(texture, PictureFormat::Ktx2, 90).unwrap();
-        assert_eq!((picture.size(), picture.format()), (Size::new(64, 132), PictureFormat::Ktx2));
-        assert_eq!(Picture::new(picture.bytes().to_vec()).unwrap(), picture);
+        let picture = EmbeddedImage::encode(texture, EmbeddedFormat::Ktx2, 90).unwrap();
+        assert_eq!((picture.size(), picture.format()), (Size::new(64, 132), EmbeddedFormat::Ktx2));
+        assert_eq!(EmbeddedImage::new(picture.bytes().to_vec()).unwrap(), picture);
         let wide = [0.5];
         let size = Size::new(uastc::MAX_SIDE + 1, 1);
         let wide = Texture::filled(size, Channels::Grey, Encoding::Srgb, Depth::U8, &wide).unwrap();
-        let error = Picture::encode(wide, PictureFormat::Ktx2, 90).unwrap_err();
+        let error = EmbeddedImage::encode(wide, EmbeddedFormat::Ktx2, 90).unwrap_err();
         assert_eq!(error.to_string(), "a KTX2 image must have at most 16384 texels a side");
     }
 }

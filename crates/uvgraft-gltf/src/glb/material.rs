@@ -1,6 +1,6 @@
 //! Materials of an avatar, with their images as encoded files.
 
-use super::picture::Picture;
+use super::embedded_image::EmbeddedImage;
 
 /// Lighting model of a material.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Hash)]
@@ -27,15 +27,15 @@ pub struct AvatarMaterial {
     /// Name of the material.
     pub name: String,
     /// Base colour, sRGB. Its alpha is ignored.
-    pub color: Picture,
+    pub color: EmbeddedImage,
     /// Normal map in tangent space with green up ("OpenGL"); with it, tangents are written.
-    pub normal: Option<Picture>,
+    pub normal: Option<EmbeddedImage>,
     /// Roughness in green and metalness in blue, as in glTF; multiplied by the factors.
-    pub roughness: Option<Picture>,
+    pub roughness: Option<EmbeddedImage>,
     /// Ambient occlusion in red; if it is the same image as `roughness`, it is stored once.
-    pub occlusion: Option<Picture>,
+    pub occlusion: Option<EmbeddedImage>,
     /// Emitted light, sRGB.
-    pub emissive: Option<Picture>,
+    pub emissive: Option<EmbeddedImage>,
     /// `0.0..=1.0`, 1 for fully rough.
     pub roughness_factor: f32,
     /// `0.0..=1.0`, 0 for non-metals.
@@ -51,7 +51,7 @@ pub struct AvatarMaterial {
 
 impl AvatarMaterial {
     /// A default for skin and cloth with a texture: not metallic, rather rough.
-    pub fn new(color: Picture) -> Self {
+    pub fn new(color: EmbeddedImage) -> Self {
         Self {
             name: "body".to_owned(),
             color,
@@ -74,7 +74,7 @@ impl AvatarMaterial {
     }
 
     /// All images, each once, in storage order.
-    pub fn pictures(&self) -> impl Iterator<Item = &Picture> {
+    pub fn pictures(&self) -> impl Iterator<Item = &EmbeddedImage> {
         let occlusion = self.occlusion.as_ref().filter(|_| self.occlusion != self.roughness);
         let data = [self.normal.as_ref(), self.roughness.as_ref(), occlusion];
         [Some(&self.color), self.emissive.as_ref()].into_iter().chain(data).flatten()

@@ -22,14 +22,14 @@ fn head() -> AvatarMaterial {
     let green = [0.2, 0.8, 0.3];
     let texture =
         Texture::filled(Size::square(4), Channels::Rgb, Encoding::Srgb, Depth::U8, &green);
-    let color = Picture::encode(texture.unwrap(), PictureFormat::Png, 90).unwrap();
+    let color = EmbeddedImage::encode(texture.unwrap(), EmbeddedFormat::Png, 90).unwrap();
     AvatarMaterial { name: "head".to_owned(), is_head: true, ..AvatarMaterial::new(color) }
 }
 
-fn grey(side: u32) -> Picture {
+fn grey(side: u32) -> EmbeddedImage {
     let texture =
         Texture::filled(Size::square(side), Channels::Rgb, Encoding::Data, Depth::U8, &[0.5; 3]);
-    Picture::encode(texture.unwrap(), PictureFormat::Png, 90).unwrap()
+    EmbeddedImage::encode(texture.unwrap(), EmbeddedFormat::Png, 90).unwrap()
 }
 
 #[test]
@@ -66,7 +66,7 @@ fn each_material_has_its_triangles() {
 fn maps_use_the_slots_of_gltf() {
     let (rough, own) = (grey(8), grey(4));
     let looks = AvatarMaterial {
-        normal: Some(picture(PictureFormat::Png)),
+        normal: Some(picture(EmbeddedFormat::Png)),
         roughness: Some(rough.clone()),
         occlusion: Some(rough),
         emissive: Some(own.clone()),
@@ -114,7 +114,7 @@ fn styles_are_extensions() {
     assert_eq!(found["extensionsUsed"], value!(["VRMC_materials_mtoon"]));
     assert_eq!(found["extensionsRequired"], Value::Null);
     // Its shaders fail with tangents.
-    let normal = Some(picture(PictureFormat::Png));
+    let normal = Some(picture(EmbeddedFormat::Png));
     let looks = AvatarMaterial { style: ShadingModel::MToon, normal, ..looks() };
     let with_normals = json(&write(&tube(), &looks, &Export::default()).unwrap().bytes);
     let attributes = &with_normals["meshes"][0]["primitives"][0]["attributes"];
@@ -128,7 +128,7 @@ fn styles_are_extensions() {
 /// Tangents have length 1 and are perpendicular to normals, also where morphs move these.
 #[test]
 fn tangents_follow_morphs() {
-    let looks = AvatarMaterial { normal: Some(picture(PictureFormat::Png)), ..looks() };
+    let looks = AvatarMaterial { normal: Some(picture(EmbeddedFormat::Png)), ..looks() };
     let mut normals = vec![[0.0; 3]; tube().mesh.positions().len()];
     // A normal that leans down, as from a finer mesh.
     normals[0] = [0.0, -0.6, 0.8];
@@ -266,14 +266,14 @@ fn gaze_without_eye_joints_uses_expressions() {
 fn a_thumbnail_is_an_image_without_a_material() {
     let export = Export {
         vrm: Some(meta()),
-        thumbnail: Some(picture(PictureFormat::Jpeg)),
+        thumbnail: Some(picture(EmbeddedFormat::Jpeg)),
         ..Export::default()
     };
     let found = json(&write(&human(), &looks(), &export).unwrap().bytes);
     assert_eq!(found["extensions"]["VRMC_vrm"]["meta"]["thumbnailImage"], 1);
     assert_eq!(found["images"][1]["name"], "thumbnail");
     assert_eq!(found["textures"].as_array().unwrap().len(), 1);
-    let export = Export { thumbnail: Some(picture(PictureFormat::WebP)), ..export };
+    let export = Export { thumbnail: Some(picture(EmbeddedFormat::WebP)), ..export };
     let error = write(&human(), &looks(), &export).unwrap_err().to_string();
     assert!(error.contains("a square PNG or JPEG"), "{error}");
 }

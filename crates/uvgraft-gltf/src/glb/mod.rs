@@ -14,6 +14,8 @@
 mod buffer;
 mod check;
 mod clips;
+mod embed_error;
+mod embedded_image;
 mod json;
 #[cfg(feature = "ktx2")]
 mod ktx2;
@@ -22,8 +24,6 @@ mod material;
 mod mtoon;
 mod nodes;
 mod parts;
-mod picture;
-mod picture_error;
 pub(crate) mod shading;
 pub(crate) mod skin;
 mod t_pose;
@@ -42,16 +42,16 @@ mod tests;
 
 use serde_json::{Map, Value};
 use uvgraft_avatar::Avatar;
-use uvgraft_avatar::rig::{MAX_INFLUENCES, Pose, Pruning};
+use uvgraft_avatar::rig::{Clip, MAX_INFLUENCES, Pose, Pruning};
 
 use self::buffer::Buffer;
 pub use self::check::GlbError;
+pub use self::embed_error::{EmbedError, EmbeddedFormat};
+pub use self::embedded_image::EmbeddedImage;
 #[cfg(all(test, feature = "ktx2"))]
 pub(crate) use self::ktx2::encode as encode_ktx2;
-pub(crate) use self::ktx2_header::KTX2_IDENTIFIER;
+pub(crate) use self::ktx2_header::{KTX2_IDENTIFIER, Ktx2Header};
 pub use self::material::{AvatarMaterial, ShadingModel};
-pub use self::picture::Picture;
-pub use self::picture_error::{PictureError, PictureFormat};
 pub use self::t_pose::t_pose;
 pub use self::vrm::{Permissions, VrmError, VrmMeta};
 use crate::container::Glb;
@@ -74,7 +74,7 @@ pub struct Export {
     /// in VRM files.
     pub levels: Vec<CoarserLevel>,
     /// A square thumbnail image of the avatar, PNG or JPEG; written to VRM files only.
-    pub thumbnail: Option<Picture>,
+    pub thumbnail: Option<EmbeddedImage>,
 }
 
 /// An avatar with fewer triangles, for display at a distance.
@@ -154,11 +154,13 @@ fn write_all(
     export: &Export,
 ) -> Result<Exported, GlbError> {
     check::check(avatar, materials, export)?;
-    let mut t_posed = None;
-    if let Some(meta) = &export.vrm {
-        vrm::check(meta, avatar)?;
-        t_posed = t_pose(avatar)?;
-    }
+    let t_posed = match &export.vrm {
+        Some(meta) => {
+            vrm::check(meta, avatar)?;
+            t_pose(avatar)?
+        }
+        None => None,
+    };
     let posed_as_t = t_posed.is_some();
     let stand = t_posed.unwrap_or_else(|| Pose::rest(avatar.skeleton.joints().len()));
     let (skin, pruning) = avatar.skin.pruned(MAX_INFLUENCES);
@@ -169,18 +171,8 @@ fn write_all(
     if parts.is_empty() {
         return Err(GlbError::NoTriangles);
     }
-    let mut levels = Vec::with_capacity(export.levels.len());
-    for level in &export.levels {
-        let (skin, _) = level.avatar.skin.pruned(MAX_INFLUENCES);
-        levels.push(parts::write(
-            &level.avatar,
-            &skin,
-            level.normals.as_deref(),
-            materials,
-            &mut buffer,
-        ));
-    }
-    let joints = avatar.skeleton.joints().len();
+    let levels: Vec<_> =
+        export.levels.iter().map(|level| level.write(materials, &mut buffer)).collect();
     let skin = skin::write_joints(avatar, &mut buffer);
     let clips = avatar.clips.iter();
     let animations =
@@ -188,62 +180,25 @@ fn write_all(
     let is_inside = parts.iter().chain(levels.iter().flatten()).all(|part| part.is_inside);
     let thumbnail = export.thumbnail.as_ref().filter(|_| export.vrm.is_some());
     let written = textures::write(materials, is_inside, thumbnail, &mut buffer);
-    let textures::Written { textures, images, samplers, image_bytes, .. } = written;
-    let mut extensions = written.extensions;
+    let image_bytes = written.image_bytes;
 
     let vertices = parts.iter().map(|part| part.vertices).sum();
     let triangles = parts.iter().map(|part| part.triangles).sum();
     let slots = parts.len();
     let name = if export.name.is_empty() { "avatar" } else { &export.name };
     let graph = nodes::graph(avatar, &stand, name, materials, export.vrm.is_some(), parts, levels);
-    if !export.levels.is_empty() {
-        extensions.push((nodes::LEVELS, false));
-    }
-    let required = extensions.iter().filter(|(_, required)| *required).map(|&(name, _)| name);
-    let extensions_required: Vec<&'static str> = required.collect();
-    let root_extensions = export.vrm.as_ref().map(|meta| {
-        extensions.push((vrm::EXTENSION, false));
-        json::RootExtensions { vrm: vrm::extension(meta, avatar, &graph.shown, written.thumbnail) }
-    });
     let meshes = graph.shown.len();
-    let root = json::Root {
-        asset: json::Asset {
-            version: "2.0",
-            generator: concat!("uvgraft ", env!("CARGO_PKG_VERSION")).to_owned(),
-            copyright: export.copyright.clone(),
-            extras: export.extras.clone(),
-        },
-        extensions_used: extensions.iter().map(|&(name, _)| name).collect(),
-        extensions_required,
-        scene: 0,
-        scenes: vec![graph.scene],
-        nodes: graph.nodes,
-        meshes: graph.meshes,
-        skins: vec![skin],
-        materials: written.materials,
-        textures,
-        images,
-        samplers,
-        animations,
-        accessors: buffer.accessors,
-        buffers: vec![json::Buffer { byte_length: buffer.bytes.len() }],
-        buffer_views: buffer.views,
-        extensions: root_extensions,
-    };
+    let root = document(avatar, export, graph, (skin, animations), written, &mut buffer);
     let bytes = Glb::write(&serde_json::to_vec(&root)?, &buffer.bytes)?;
     let report = Report {
         vertices,
         triangles,
         meshes,
         materials: slots,
-        joints,
+        joints: avatar.skeleton.joints().len(),
         morphs: avatar.morphs.len(),
         clips: avatar.clips.len(),
-        longest_clip: avatar
-            .clips
-            .iter()
-            .map(uvgraft_avatar::rig::Clip::seconds)
-            .fold(0.0, f32::max),
+        longest_clip: avatar.clips.iter().map(Clip::seconds).fold(0.0, f32::max),
         pruning,
         pruning_most,
         pruning_mean,
@@ -252,4 +207,59 @@ fn write_all(
         bytes: bytes.len(),
     };
     Ok(Exported { bytes, report })
+}
+
+impl CoarserLevel {
+    fn write(
+        &self,
+        materials: &[AvatarMaterial],
+        buffer: &mut Buffer,
+    ) -> Vec<parts::WrittenPrimitive> {
+        let (skin, _) = self.avatar.skin.pruned(MAX_INFLUENCES);
+        parts::write(&self.avatar, &skin, self.normals.as_deref(), materials, buffer)
+    }
+}
+
+/// The JSON chunk; takes the views and accessors of the buffer.
+fn document(
+    avatar: &Avatar,
+    export: &Export,
+    graph: nodes::Graph,
+    (skin, animations): (json::Skin, Vec<json::Animation>),
+    written: textures::Written,
+    buffer: &mut Buffer,
+) -> json::Root {
+    let mut extensions = written.extensions;
+    if !export.levels.is_empty() {
+        extensions.push((nodes::LEVELS, false));
+    }
+    let vrm = export.vrm.as_ref().map(|meta| {
+        extensions.push((vrm::EXTENSION, false));
+        json::RootExtensions { vrm: vrm::extension(meta, avatar, &graph.shown, written.thumbnail) }
+    });
+    let required = extensions.iter().filter(|(_, required)| *required);
+    json::Root {
+        asset: json::Asset {
+            version: "2.0",
+            generator: concat!("uvgraft ", env!("CARGO_PKG_VERSION")).to_owned(),
+            copyright: export.copyright.clone(),
+            extras: export.extras.clone(),
+        },
+        extensions_used: extensions.iter().map(|&(name, _)| name).collect(),
+        extensions_required: required.map(|&(name, _)| name).collect(),
+        scene: 0,
+        scenes: vec![graph.scene],
+        nodes: graph.nodes,
+        meshes: graph.meshes,
+        skins: vec![skin],
+        materials: written.materials,
+        textures: written.textures,
+        images: written.images,
+        samplers: written.samplers,
+        animations,
+        accessors: std::mem::take(&mut buffer.accessors),
+        buffers: vec![json::Buffer { byte_length: buffer.bytes.len() }],
+        buffer_views: std::mem::take(&mut buffer.views),
+        extensions: vrm,
+    }
 }

@@ -22,11 +22,11 @@ pub(super) struct Graph {
     pub meshes: Vec<json::Mesh>,
     pub scene: json::Scene,
     /// The scene's nodes that have a mesh.
-    pub shown: Vec<Shown>,
+    pub shown: Vec<MeshNode>,
 }
 
 /// A node with a mesh.
-pub(super) struct Shown {
+pub(super) struct MeshNode {
     pub node: usize,
     /// For each morph, whether it moves any vertex of the mesh.
     pub moves: Vec<bool>,
@@ -80,7 +80,7 @@ pub(super) fn graph(
             .map(|morph| parts.iter().any(|part| part.moves[morph]))
             .collect();
         let name = if is_head { format!("{name} head") } else { name.to_owned() };
-        shown.push(Shown { node: add(parts, &name, &mut nodes), moves, is_head });
+        shown.push(MeshNode { node: add(parts, &name, &mut nodes), moves, is_head });
     }
     let coarser: Vec<usize> = (1..)
         .zip(levels)

@@ -286,7 +286,15 @@ mod tests {
                 finger.into_iter().for_each(|bone| turn(bone, Vec3::new(0.1, 0.0, -0.3 * side)));
             }
         }
-        avatar = avatar.with_rest_pose(&rest).unwrap().standing().unwrap();
+        let posed = avatar.posed(&rest, &[]).unwrap();
+        avatar.mesh = avatar.mesh.with_positions(posed).unwrap();
+        let motions = avatar.skeleton.motions(&rest).unwrap();
+        let mut joints = avatar.skeleton.joints().to_vec();
+        for (joint, motion) in joints.iter_mut().zip(motions) {
+            joint.position = motion.point(joint.position);
+        }
+        avatar.skeleton = Skeleton::new(joints).unwrap();
+        avatar = avatar.standing().unwrap();
         let pose = t_pose(&avatar).unwrap().unwrap();
         let motions = avatar.skeleton.motions(&pose).unwrap();
         let place = |bone: HumanBone| {

@@ -10,28 +10,7 @@ pub(crate) const RINGS: usize = 7;
 /// A tube of 0.6 m with a seam along it; each vertex follows all of its six joints. Both morphs
 /// have names; the clip rotates some joints, holds one constant, and leaves one at rest.
 pub(crate) fn tube() -> Avatar {
-    let (mut positions, mut uv) = (Vec::new(), Vec::new());
-    for ring in 0..RINGS {
-        let y = 0.1 * ring as f32;
-        for side in 0..=SIDES {
-            let around = side as f32 / SIDES as f32;
-            let (sin, cos) = (around * std::f32::consts::TAU).sin_cos();
-            uv.push([around, 1.0 - y]);
-            if side < SIDES {
-                positions.push([0.05 * sin, y, 0.05 * cos]);
-            }
-        }
-    }
-    let (mut faces, mut uv_faces) = (Vec::new(), Vec::new());
-    for ring in 0..RINGS - 1 {
-        for side in 0..SIDES {
-            let v = |up: usize, on: usize| ((ring + up) * SIDES + (side + on) % SIDES) as u32;
-            let t = |up: usize, on: usize| ((ring + up) * (SIDES + 1) + side + on) as u32;
-            faces.extend([[v(0, 0), v(0, 1), v(1, 1)], [v(0, 0), v(1, 1), v(1, 0)]]);
-            uv_faces.extend([[t(0, 0), t(0, 1), t(1, 1)], [t(0, 0), t(1, 1), t(1, 0)]]);
-        }
-    }
-    let mesh = Mesh::from_triangles(positions, uv, &faces, &uv_faces).unwrap();
+    let mesh = tube_mesh();
     let joints = (0..6_usize).map(|k| Joint {
         name: format!("joint {k}"),
         parent: k.checked_sub(1),
@@ -74,4 +53,29 @@ pub(crate) fn tube() -> Avatar {
             poses: (0..5).map(frame).collect(),
         }],
     }
+}
+
+fn tube_mesh() -> Mesh {
+    let (mut positions, mut uv) = (Vec::new(), Vec::new());
+    for ring in 0..RINGS {
+        let y = 0.1 * ring as f32;
+        for side in 0..=SIDES {
+            let around = side as f32 / SIDES as f32;
+            let (sin, cos) = (around * std::f32::consts::TAU).sin_cos();
+            uv.push([around, 1.0 - y]);
+            if side < SIDES {
+                positions.push([0.05 * sin, y, 0.05 * cos]);
+            }
+        }
+    }
+    let (mut faces, mut uv_faces) = (Vec::new(), Vec::new());
+    for ring in 0..RINGS - 1 {
+        for side in 0..SIDES {
+            let v = |up: usize, on: usize| ((ring + up) * SIDES + (side + on) % SIDES) as u32;
+            let t = |up: usize, on: usize| ((ring + up) * (SIDES + 1) + side + on) as u32;
+            faces.extend([[v(0, 0), v(0, 1), v(1, 1)], [v(0, 0), v(1, 1), v(1, 0)]]);
+            uv_faces.extend([[t(0, 0), t(0, 1), t(1, 1)], [t(0, 0), t(1, 1), t(1, 0)]]);
+        }
+    }
+    Mesh::from_triangles(positions, uv, &faces, &uv_faces).unwrap()
 }

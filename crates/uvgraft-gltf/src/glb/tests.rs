@@ -12,15 +12,15 @@ use uvgraft_avatar::rig::{ExpressionPreset, HumanBone, Joint, Pose, Skeleton};
 use super::testing::{RINGS, SIDES, tube};
 use super::*;
 
-pub(super) fn picture(format: PictureFormat) -> Picture {
+pub(super) fn picture(format: EmbeddedFormat) -> EmbeddedImage {
     let color = [0.8, 0.6, 0.5];
     let texture =
         Texture::filled(Size::square(8), Channels::Rgb, Encoding::Srgb, Depth::U8, &color);
-    Picture::encode(texture.unwrap(), format, 90).unwrap()
+    EmbeddedImage::encode(texture.unwrap(), format, 90).unwrap()
 }
 
 pub(super) fn looks() -> AvatarMaterial {
-    AvatarMaterial::new(picture(PictureFormat::Png))
+    AvatarMaterial::new(picture(EmbeddedFormat::Png))
 }
 
 /// A file as loaded by a player.
@@ -230,7 +230,7 @@ fn joints_that_rest_have_no_channel() {
 
 #[test]
 fn a_normal_map_brings_tangents() {
-    let looks = AvatarMaterial { normal: Some(picture(PictureFormat::Png)), ..looks() };
+    let looks = AvatarMaterial { normal: Some(picture(EmbeddedFormat::Png)), ..looks() };
     let exported = write(&tube(), &looks, &Export::default()).unwrap();
     let player = Player::new(&exported.bytes);
     let primitive = player.primitive();
@@ -253,21 +253,13 @@ pub(super) fn json(bytes: &[u8]) -> Value {
 }
 
 #[test]
-fn webp_is_required_unless_there_is_a_fallback() {
-    let webp = picture(PictureFormat::WebP);
-    let alone = write(&tube(), &AvatarMaterial::new(webp.clone()), &Export::default()).unwrap();
+fn webp_is_a_required_extension() {
+    let webp = picture(EmbeddedFormat::WebP);
+    let alone = write(&tube(), &AvatarMaterial::new(webp), &Export::default()).unwrap();
     let found = json(&alone.bytes);
     assert_eq!(found["extensionsRequired"][0], "EXT_texture_webp");
     assert_eq!(found["textures"][0]["source"], Value::Null);
     assert_eq!(found["textures"][0]["extensions"]["EXT_texture_webp"]["source"], 0);
-
-    let both = webp.with_fallback(picture(PictureFormat::Jpeg)).unwrap();
-    let both = write(&tube(), &AvatarMaterial::new(both), &Export::default()).unwrap();
-    let found = json(&both.bytes);
-    assert_eq!(found["extensionsUsed"][0], "EXT_texture_webp");
-    assert_eq!(found["extensionsRequired"], Value::Null);
-    assert_eq!(found["textures"][0]["source"], 1);
-    assert_eq!(found["images"][1]["mimeType"], "image/jpeg");
 }
 
 #[test]

@@ -1,14 +1,14 @@
 //! Materials with their textures and images, and the extensions they need.
 
 use super::buffer::Buffer;
+use super::embed_error::EmbeddedFormat;
+use super::embedded_image::EmbeddedImage;
 use super::json::{
     CLAMP_TO_EDGE, Image, LINEAR, LINEAR_MIPMAP_LINEAR, Material, MaterialExtensions, Pbr, REPEAT,
     Sampler, Texture, TextureExtensions, TextureInfo, TextureSource, Unlit,
 };
 use super::material::{AvatarMaterial, ShadingModel};
 use super::mtoon;
-use super::picture::Picture;
-use super::picture_error::PictureFormat;
 
 const UNLIT: &str = "KHR_materials_unlit";
 
@@ -38,7 +38,7 @@ struct Writer<'a> {
 pub(super) fn write(
     materials: &[AvatarMaterial],
     is_inside: bool,
-    thumbnail: Option<&Picture>,
+    thumbnail: Option<&EmbeddedImage>,
     buffer: &mut Buffer,
 ) -> Written {
     let mut writer = Writer {
@@ -67,7 +67,7 @@ impl Writer<'_> {
     /// Converts a material, and adds its textures, images and extensions.
     fn material(&mut self, material: &AvatarMaterial) -> Material {
         let base_color_texture = self.texture("color", &material.color);
-        let mut texture = |name, picture: &Option<Picture>| {
+        let mut texture = |name, picture: &Option<EmbeddedImage>| {
             picture.as_ref().map(|picture| self.texture(name, picture))
         };
         let normal_texture = texture("normal", &material.normal);
@@ -108,27 +108,25 @@ impl Writer<'_> {
         }
     }
 
-    fn texture(&mut self, name: &str, picture: &Picture) -> TextureInfo {
+    fn texture(&mut self, name: &str, picture: &EmbeddedImage) -> TextureInfo {
         let own = self.image(name, picture);
-        let fallback = picture.fallback().map(|fallback| self.image(name, fallback));
         let source = TextureSource { source: own };
-        let is_required = fallback.is_none();
         let (source, extensions) = match picture.format() {
-            PictureFormat::Png | PictureFormat::Jpeg => (Some(own), None),
-            PictureFormat::WebP => {
-                self.extension("EXT_texture_webp", is_required);
-                (fallback, Some(TextureExtensions::WebP(source)))
+            EmbeddedFormat::Png | EmbeddedFormat::Jpeg => (Some(own), None),
+            EmbeddedFormat::WebP => {
+                self.extension("EXT_texture_webp", true);
+                (None, Some(TextureExtensions::WebP(source)))
             }
-            PictureFormat::Ktx2 => {
-                self.extension("KHR_texture_basisu", is_required);
-                (fallback, Some(TextureExtensions::Ktx2(source)))
+            EmbeddedFormat::Ktx2 => {
+                self.extension("KHR_texture_basisu", true);
+                (None, Some(TextureExtensions::Ktx2(source)))
             }
         };
         self.textures.push(Texture { sampler: 0, source, extensions });
         TextureInfo { index: self.textures.len() - 1 }
     }
 
-    fn image(&mut self, name: &str, picture: &Picture) -> usize {
+    fn image(&mut self, name: &str, picture: &EmbeddedImage) -> usize {
         let buffer_view = self.buffer.view(picture.bytes(), None);
         let mime_type = picture.format().mime_type();
         self.images.push(Image { name: name.to_owned(), mime_type, buffer_view });

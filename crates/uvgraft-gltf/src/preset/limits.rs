@@ -12,7 +12,9 @@
 
 use std::fmt;
 
-use crate::glb::{AvatarMaterial, Picture, PictureFormat, Report};
+use uvgraft::listing::grouped;
+
+use crate::glb::{AvatarMaterial, EmbeddedFormat, EmbeddedImage, Report};
 
 /// A quantity that platforms limit.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
@@ -66,18 +68,6 @@ impl Quantity {
 
 /// VRChat and Unity count in these, and call them megabytes.
 const MIB: f64 = 1024.0 * 1024.0;
-
-fn grouped(value: u64) -> String {
-    let digits = value.to_string();
-    let mut text = String::new();
-    for (index, digit) in digits.chars().enumerate() {
-        if index > 0 && (digits.len() - index).is_multiple_of(3) {
-            text.push(',');
-        }
-        text.push(digit);
-    }
-    text
-}
 
 /// The published limits of a platform.
 #[derive(Debug, PartialEq)]
@@ -175,14 +165,14 @@ impl Measurements {
     /// Measures a written file.
     pub fn new(report: &Report, materials: &(impl AsRef<[AvatarMaterial]> + ?Sized)) -> Self {
         let pictures = || materials.as_ref().iter().flat_map(AvatarMaterial::pictures);
-        let texels = |picture: &Picture| picture.size().texels() as u64;
+        let texels = |picture: &EmbeddedImage| picture.size().texels() as u64;
         // Each mip level has a quarter of the texels of the one before: 1 + 1/4 + 1/16 + ... = 4/3.
         let with_mips = |bytes: u64| bytes * 4 / 3;
-        let raw = |picture: &Picture| {
-            let bytes = if picture.format() == PictureFormat::Ktx2 { 1 } else { 4 };
+        let raw = |picture: &EmbeddedImage| {
+            let bytes = if picture.format() == EmbeddedFormat::Ktx2 { 1 } else { 4 };
             with_mips(bytes * texels(picture))
         };
-        let side = |picture: &Picture| picture.size().width.max(picture.size().height);
+        let side = |picture: &EmbeddedImage| picture.size().width.max(picture.size().height);
         Self {
             report: *report,
             texture_memory: pictures().map(|picture| with_mips(texels(picture))).sum(),

@@ -36,7 +36,7 @@ pub use self::limits::{
 };
 #[cfg(feature = "simplify")]
 pub use self::simplify::{Simplified, simplify};
-use crate::glb::{Picture, PictureError, PictureFormat};
+use crate::glb::{EmbedError, EmbeddedFormat, EmbeddedImage};
 
 /// Limits for avatars on a platform.
 #[derive(Debug, PartialEq)]
@@ -46,7 +46,7 @@ pub struct Preset {
     /// Longest side of a texture, in texels.
     pub texture_side: u32,
     /// Image format of textures.
-    pub format: PictureFormat,
+    pub format: EmbeddedFormat,
     /// Maximum number of triangles.
     pub triangles: usize,
     /// The limits that the platform publishes.
@@ -57,7 +57,7 @@ pub struct Preset {
 pub const QUEST: Preset = Preset {
     name: "quest",
     texture_side: 1024,
-    format: PictureFormat::Png,
+    format: EmbeddedFormat::Png,
     triangles: 10_000,
     limits: &VRCHAT_MOBILE,
 };
@@ -66,7 +66,7 @@ pub const QUEST: Preset = Preset {
 pub const PCVR: Preset = Preset {
     name: "pcvr",
     texture_side: 2048,
-    format: PictureFormat::Png,
+    format: EmbeddedFormat::Png,
     triangles: 32_000,
     limits: &VRCHAT_PC,
 };
@@ -75,7 +75,7 @@ pub const PCVR: Preset = Preset {
 pub const WEB: Preset = Preset {
     name: "web",
     texture_side: 2048,
-    format: PictureFormat::Jpeg,
+    format: EmbeddedFormat::Jpeg,
     triangles: 50_000,
     limits: &SCENE_VIEWER,
 };
@@ -84,7 +84,7 @@ pub const WEB: Preset = Preset {
 pub const VISIONOS: Preset = Preset {
     name: "visionos",
     texture_side: 2048,
-    format: PictureFormat::Png,
+    format: EmbeddedFormat::Png,
     triangles: 100_000,
     limits: &AR_QUICK_LOOK,
 };
@@ -115,7 +115,7 @@ pub enum PresetError {
     Texture(#[from] TextureError),
     /// The texture cannot be encoded.
     #[error(transparent)]
-    Picture(#[from] PictureError),
+    EmbeddedImage(#[from] EmbedError),
 }
 
 /// An avatar fitted to a triangle budget.
@@ -221,7 +221,7 @@ impl Preset {
     ///
     /// # Errors
     /// [`PresetError`] if the texture cannot be encoded.
-    pub fn picture(&self, texture: Texture) -> Result<Picture, PresetError> {
+    pub fn picture(&self, texture: Texture) -> Result<EmbeddedImage, PresetError> {
         let found = texture.size();
         let longest = found.width.max(found.height);
         // At integer ratios the samples coincide with texels, whatever the filter; bilinear is the
@@ -229,6 +229,6 @@ impl Preset {
         let is_whole = longest.is_multiple_of(self.texture_side);
         let filter = if is_whole { Filter::Bilinear } else { Filter::CatmullRom };
         let texture = texture.resized(self.texture_size(found), filter, Averaging::Encoded)?;
-        Ok(Picture::encode(texture, self.format, JPEG_QUALITY)?)
+        Ok(EmbeddedImage::encode(texture, self.format, JPEG_QUALITY)?)
     }
 }

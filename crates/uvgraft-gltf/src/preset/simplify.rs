@@ -193,16 +193,8 @@ fn values(avatar: &Avatar, vertices: &Vertices) -> Vec<f32> {
 /// vertex.
 fn head(avatar: &Avatar) -> Option<(Vec3, Vec<f32>)> {
     let head = avatar.skeleton.human(HumanBone::Head)?;
-    let joints = avatar.skeleton.joints();
-    let mut is_head = vec![false; joints.len()];
-    for (index, joint) in joints.iter().enumerate() {
-        is_head[index] = index == head || joint.parent.is_some_and(|parent| is_head[parent]);
-    }
-    let share = |vertex| {
-        let influences = avatar.skin.of(vertex).iter();
-        influences.filter(|(joint, _)| is_head[usize::from(*joint)]).map(|(_, weight)| weight).sum()
-    };
-    Some((joints[head].position.into(), (0..avatar.skin.vertices()).map(share).collect()))
+    let position = avatar.skeleton.joints()[head].position;
+    Some((position.into(), avatar.skin.weights_below(&avatar.skeleton, head)))
 }
 
 /// Rotations of each joint about its own position, by 45°, or -45° in every other generation.

@@ -31,7 +31,7 @@ fn textures_are_made_smaller_and_never_larger() {
         let texture =
             Texture::filled(found, Channels::Rgb, Encoding::Srgb, Depth::U8, &[0.2, 0.4, 0.6]);
         let picture = QUEST.picture(texture.unwrap()).unwrap();
-        assert_eq!((picture.size(), picture.format()), (wanted, PictureFormat::Png));
+        assert_eq!((picture.size(), picture.format()), (wanted, EmbeddedFormat::Png));
     }
 }
 

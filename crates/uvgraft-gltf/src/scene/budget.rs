@@ -141,21 +141,21 @@ impl Demand {
         }
         let is_by_size = self.budget.bytes.is_none();
         let parts = Purpose::ALL.map(|purpose| (purpose.name(), bytes[purpose as usize]));
-        let shares = Shares { needed, max, is_by_size, parts };
+        let shares = MemoryShares { needed, max, is_by_size, parts };
         Err(SceneError::Memory { shares: Box::new(shares) })
     }
 }
 
 /// Memory that a file asks for, by what takes it.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct Shares {
+pub struct MemoryShares {
     needed: u64,
     max: u64,
     is_by_size: bool,
     parts: [(&'static str, u64); 4],
 }
 
-impl Shares {
+impl MemoryShares {
     /// An upper bound of what the file needs, in bytes.
     pub const fn needed(&self) -> u64 {
         self.needed
@@ -179,7 +179,7 @@ const fn mib(bytes: u64) -> u64 {
     bytes.div_ceil(1 << 20)
 }
 
-impl fmt::Display for Shares {
+impl fmt::Display for MemoryShares {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         write!(f, "must need at most {} MiB of memory", self.max >> 20)?;
         if self.is_by_size {

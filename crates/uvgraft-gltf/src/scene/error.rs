@@ -4,7 +4,7 @@ use uvgraft::listing::listed;
 use uvgraft_image::ImageError;
 use uvgraft_io::beginning;
 
-use super::budget::Shares;
+use super::budget::MemoryShares;
 use crate::container::ContainerError;
 
 /// Why bytes were refused as a scene.
@@ -53,7 +53,7 @@ pub enum SceneError {
     #[error("{shares}")]
     Memory {
         /// What it asks for.
-        shares: Box<Shares>,
+        shares: Box<MemoryShares>,
     },
     /// An embedded image was refused.
     #[error("image {index}: {reason}")]

@@ -12,7 +12,7 @@ use std::io::Read as _;
 use basis_universal::transcoding::{TranscodeParameters, Transcoder, TranscoderTextureFormat};
 use uvgraft::{Channels, Encoding, Size, Texels, Texture};
 
-use crate::glb::KTX2_IDENTIFIER;
+use crate::glb::Ktx2Header;
 
 /// Size of a block of 4 × 4 texels, in bytes.
 const UASTC_BLOCK: usize = 16;
@@ -80,7 +80,7 @@ fn long(bytes: &[u8], at: usize) -> Result<u64, String> {
     eight.map(|eight| u64::from_le_bytes(*eight)).ok_or_else(cut_short)
 }
 
-fn part(bytes: &[u8], offset: u64, length: u64) -> Result<&[u8], String> {
+fn part(bytes: &[u8], [offset, length]: [u64; 2]) -> Result<&[u8], String> {
     let end = offset.checked_add(length).filter(|&end| end <= bytes.len() as u64);
     end.map(|end| &bytes[offset as usize..end as usize]).ok_or_else(cut_short)
 }
@@ -91,11 +91,8 @@ fn cut_short() -> String {
 
 impl<'a> Ktx2<'a> {
     fn new(bytes: &'a [u8]) -> Result<Self, String> {
-        if !bytes.starts_with(&KTX2_IDENTIFIER) {
-            return Err("not a KTX2 file".to_owned());
-        }
-        let [width, height, depth] = [word(bytes, 20)?, word(bytes, 24)?, word(bytes, 28)?];
-        let [layers, faces, levels] = [word(bytes, 32)?, word(bytes, 36)?, word(bytes, 40)?];
+        let header = Ktx2Header::read(bytes).ok_or_else(cut_short)?;
+        let Ktx2Header { sides: [width, height, depth], layers, faces, levels, .. } = header;
         if width == 0 || height == 0 || depth != 0 || layers > 1 || faces != 1 || levels > 32 {
             return Err("a KTX2 file must hold a single 2D image".to_owned());
         }
@@ -105,15 +102,15 @@ impl<'a> Ktx2<'a> {
                 "a KTX2 image must have sides of at most 65535 texels, got {width} x {height}"
             ));
         }
-        let descriptor = part(bytes, word(bytes, 48)?.into(), word(bytes, 52)?.into())?;
+        let descriptor = part(bytes, header.descriptor)?;
         let [model, transfer] = [12, 14].map(|at| descriptor.get(at).copied().unwrap_or_default());
         Ok(Self {
             size: Size::new(width, height),
-            supercompression: word(bytes, 44)?,
+            supercompression: header.supercompression,
             model,
             is_srgb: transfer == 2,
-            level: part(bytes, long(bytes, 80)?, long(bytes, 88)?)?,
-            global: part(bytes, long(bytes, 64)?, long(bytes, 72)?)?,
+            level: part(bytes, [long(bytes, 80)?, long(bytes, 88)?])?,
+            global: part(bytes, header.global)?,
             pictures: levels.max(1) as usize,
         })
     }
@@ -152,16 +149,16 @@ impl<'a> Ktx2<'a> {
         let mut parts = [&[][..]; 3];
         for (index, codebook) in parts.iter_mut().enumerate() {
             let length = word(global, 4 + 4 * index)?.into();
-            *codebook = part(global, at, length)?;
+            *codebook = part(global, [at, length])?;
             at += length;
         }
         // Colour, then alpha: each a slice of the level's bytes.
         let [color, color_len, alpha, alpha_len] =
             [word(global, 24)?, word(global, 28)?, word(global, 32)?, word(global, 36)?]
                 .map(u64::from);
-        let mut slices = vec![part(self.level, color, color_len)?];
+        let mut slices = vec![part(self.level, [color, color_len])?];
         if alpha_len > 0 {
-            slices.push(part(self.level, alpha, alpha_len)?);
+            slices.push(part(self.level, [alpha, alpha_len])?);
         }
         self.transcoded(&Codebooks { counts, parts }, &slices)
     }

@@ -57,7 +57,7 @@ use uvgraft_files::input::{Input, ReadError};
 use self::accessor::Accessors;
 use self::asset::{Asset, parse_within};
 use self::budget::Demand;
-pub use self::budget::{Budget, Shares};
+pub use self::budget::{Budget, MemoryShares};
 use self::check::find;
 pub use self::clip::Clip;
 pub use self::contents::{ClipContents, Contents, ImageContents, ImageUse, PartContents, contents};

@@ -36,13 +36,13 @@ pub(super) struct Aim {
 
 impl Aim {
     /// The bone's rotation about the world's axes, as rotated by its parents:
-    /// `carried⁻¹ · arc(carried · rest, towards) · carried`.
+    /// `inherited⁻¹ · arc(inherited · rest, towards) · inherited`.
     ///
-    /// - `carried`: the rotation applied by its parents.
+    /// - `inherited`: the rotation applied by its parents.
     /// - `rest`: its direction at rest.
-    pub fn turn(&self, carried: Quat, rest: Vec3) -> Quat {
-        let total = between(carried * rest, self.towards) * carried;
-        carried.inverse() * total
+    pub fn turn(&self, inherited: Quat, rest: Vec3) -> Quat {
+        let total = between(inherited * rest, self.towards) * inherited;
+        inherited.inverse() * total
     }
 }
 

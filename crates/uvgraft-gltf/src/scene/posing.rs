@@ -225,11 +225,11 @@ impl Scene {
             while let Some(node) = above.filter(|&node| total[node].is_none()) {
                 above = self.nodes[node].parent;
             }
-            let carried = above.and_then(|node| total[node]).unwrap_or(Quat::IDENTITY);
+            let inherited = above.and_then(|node| total[node]).unwrap_or(Quat::IDENTITY);
             let rest = Vec3::from(world[tip].translation - world[bone].translation);
-            let own = aim.turn(carried, rest);
+            let own = aim.turn(inherited, rest);
             rotations.push((bone, own));
-            total[bone] = Some((carried * own).normalize());
+            total[bone] = Some((inherited * own).normalize());
         }
         Ok(rotations)
     }

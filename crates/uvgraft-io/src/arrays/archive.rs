@@ -115,11 +115,11 @@ impl<R: Read + Seek> Archive<R> {
             return Err(broken(format!("{packed} compressed bytes cannot expand to {size}")));
         }
         let mut limited = entry.by_ref().take(size);
-        let made = read(&mut limited, size);
+        let result = read(&mut limited, size);
         let missing = limited.limit();
         if missing > 0 {
-            if made.is_err() {
-                return Ok(made);
+            if result.is_err() {
+                return Ok(result);
             }
             // A part was left unread on purpose, unless the entry is too short.
             let mut further = [0];
@@ -130,7 +130,7 @@ impl<R: Read + Seek> Archive<R> {
                     "must have {size} bytes as its entry states, got {found}"
                 )));
             }
-            return Ok(made);
+            return Ok(result);
         }
         // The checksum is verified only at the end of the entry.
         let mut further = [0];
@@ -139,7 +139,7 @@ impl<R: Read + Seek> Archive<R> {
             let found = size + more as u64;
             return Err(broken(format!("must have {size} bytes as its entry states, got {found}")));
         }
-        Ok(made)
+        Ok(result)
     }
 
     fn shown(&self, index: usize) -> String {

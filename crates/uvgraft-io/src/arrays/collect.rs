@@ -204,8 +204,8 @@ impl<'o> Collector<'o> {
             self.spend(array.count())?;
             return plain(&array);
         }
-        if let Some(made) = value.as_object() {
-            return self.made(made, depth);
+        if let Some(object) = value.as_object() {
+            return self.object(object, depth);
         }
         if let Some(items) = value.objects() {
             return self.stacked(items, depth);
@@ -225,40 +225,40 @@ impl<'o> Collector<'o> {
         sparse::pickled(matrix, shape, |value| part(value, |count| self.spend(count)))
     }
 
-    fn made(&mut self, made: Object<'_>, depth: usize) -> Result<NumericArray, Unread> {
+    fn object(&mut self, object: Object<'_>, depth: usize) -> Result<NumericArray, Unread> {
         let broken = |problem: &str| Unread::Broken(problem.to_owned());
         // One object may be reached many times through others.
         self.budget.spend_items(1)?;
-        match made.class() {
+        match object.class() {
             Class::SparseCsc | Class::SparseCsr | Class::SparseCoo => {
                 // Both closures draw on the budget, one after the other.
                 let budget = std::cell::RefCell::new(&mut self.budget);
                 let numbers = |value| part(value, |count| budget.borrow_mut().spend(count));
-                sparse::dense(made, numbers, |count| budget.borrow_mut().spend(count))
+                sparse::dense(object, numbers, |count| budget.borrow_mut().spend(count))
             }
             Class::Chumpy => {
-                let x = made.attribute("x");
+                let x = object.attribute("x");
                 self.array(x.ok_or_else(|| broken("a chumpy array must have an `x`"))?, depth)
             }
             Class::ChumpySelect => {
-                let (a, places) = (made.attribute("a"), made.attribute("idxs"));
+                let (a, places) = (object.attribute("a"), object.attribute("idxs"));
                 let (Some(a), Some(places)) = (a, places) else {
                     return Err(broken("a chumpy selection must have `a` and `idxs`"));
                 };
                 let (a, places) = (self.array(a, depth)?, self.array(places, depth)?);
-                let shape = match made.attribute("preferred_shape") {
+                let shape = match object.attribute("preferred_shape") {
                     Some(shape) => Some(self.array(shape, depth)?),
                     None => None,
                 };
                 self.spend(places.numbers().len())?;
                 chosen(a, &places, shape.as_ref())
             }
-            Class::Parameter => match made.arg(0).and_then(Value::as_object) {
-                Some(tensor) if tensor.class() == Class::Tensor => self.made(tensor, depth),
+            Class::Parameter => match object.arg(0).and_then(Value::as_object) {
+                Some(tensor) if tensor.class() == Class::Tensor => self.object(tensor, depth),
                 _ => Err(broken("a parameter must have a tensor")),
             },
             Class::Tensor => match &mut self.outside {
-                Some(outside) => outside.tensor(made, &mut |count| self.budget.spend(count)),
+                Some(outside) => outside.tensor(object, &mut |count| self.budget.spend(count)),
                 None => Err(Unread::Unusable("a tensor outside a torch file".to_owned())),
             },
             Class::Storage(_) => Err(Unread::Unusable("a torch storage".to_owned())),

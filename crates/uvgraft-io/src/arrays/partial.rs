@@ -106,9 +106,9 @@ fn zipped(input: &Input) -> io::Result<Option<Box<dyn Zipped>>> {
         }
     };
     let mut file = File::open(path)?;
-    let told = file.metadata()?;
+    let metadata = file.metadata()?;
     // A pipe cannot be read twice, and the size limit is checked in one place.
-    if !told.is_file() || told.len() > MAX_FILE_BYTES {
+    if !metadata.is_file() || metadata.len() > MAX_FILE_BYTES {
         return Ok(None);
     }
     let mut start = [0; 2];

@@ -116,8 +116,8 @@ impl SparseMatrix {
                 Err(Unread::Broken(String::new()))
             }
         });
-        let made = found.and_then(Self::compressed);
-        made.map_err(|unread| refusal.unwrap_or_else(|| refused("data", unread)))
+        let matrix = found.and_then(Self::compressed);
+        matrix.map_err(|unread| refusal.unwrap_or_else(|| refused("data", unread)))
     }
 
     /// The elements of a dense pickled array of two axes other than zero; `None` for other arrays.
@@ -205,13 +205,13 @@ impl SparseMatrix {
             sorted[*at as usize] = (column as u32, value);
             *at += 1;
         }
-        let mut made = Self {
+        let mut matrix = Self {
             shape,
             starts: Vec::with_capacity(height + 1),
             columns: Vec::with_capacity(rows.len()),
             values: Vec::with_capacity(rows.len()),
         };
-        made.starts.push(0);
+        matrix.starts.push(0);
         for row in bounds.windows(2) {
             let row = &mut sorted[row[0] as usize..row[1] as usize];
             // Stable, so that sums are those of the file's order.
@@ -219,13 +219,13 @@ impl SparseMatrix {
             for same in row.chunk_by(|a, b| a.0 == b.0) {
                 let sum: f64 = same.iter().map(|element| element.1).sum();
                 if sum != 0.0 {
-                    made.columns.push(same[0].0);
-                    made.values.push(sum);
+                    matrix.columns.push(same[0].0);
+                    matrix.values.push(sum);
                 }
             }
-            made.starts.push(made.columns.len() as u32);
+            matrix.starts.push(matrix.columns.len() as u32);
         }
-        Ok(made)
+        Ok(matrix)
     }
 
     /// Rows and columns.

@@ -1,4 +1,5 @@
-//! Resamples from texels at the corners of a square to texels that tile it.
+//! Resamples from texels at the corners of a square to texels that tile it, unlike the core's
+//! `bilinear`, whose texels tile what it reads too.
 
 use uvgraft::color::Encoding;
 use uvgraft::texture::{Channels, Size, Texels, Texture, TextureError};

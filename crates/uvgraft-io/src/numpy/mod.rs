@@ -24,8 +24,8 @@ const ALIGNMENT: usize = 64;
 
 /// A length that a file tells. Where lengths have 32 bits, nothing is as long as the longest of them, which
 /// therefore stands for all that are longer.
-pub(crate) fn length(told: u64) -> usize {
-    usize::try_from(told).unwrap_or(usize::MAX)
+pub(crate) fn length(declared: u64) -> usize {
+    usize::try_from(declared).unwrap_or(usize::MAX)
 }
 
 /// Writes everything before the values of an array in C order; `descr` is the dtype in NumPy's

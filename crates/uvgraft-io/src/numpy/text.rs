@@ -28,8 +28,8 @@ impl TextDtype {
             _ => return None,
         };
         let digits = std::str::from_utf8(digits).ok()?;
-        let told: u64 = digits.parse().ok().filter(|_| !digits.starts_with('+'))?;
-        Some(Self { unicode, length: length(told), big_endian })
+        let declared: u64 = digits.parse().ok().filter(|_| !digits.starts_with('+'))?;
+        Some(Self { unicode, length: length(declared), big_endian })
     }
 
     /// Bytes of one string, unless it overflows.

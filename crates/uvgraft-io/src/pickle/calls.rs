@@ -47,7 +47,7 @@ impl<'a> Machine<'a> {
                 if matches!(self.value(base).node(), Node::Global(Global::Object)) =>
             {
                 match self.value(class).as_class() {
-                    Some(class) => Ok(made(class, &[])),
+                    Some(class) => Ok(object(class, &[])),
                     None => Err(self.scan.malformed("object of an unknown class")),
                 }
             }
@@ -62,7 +62,7 @@ impl<'a> Machine<'a> {
             (Global::Class(Class::Storage(_)), _) => {
                 Err(self.scan.malformed("torch storage inside the pickle"))
             }
-            (Global::Class(class), args) => Ok(made(class, args)),
+            (Global::Class(class), args) => Ok(object(class, args)),
             _ => Err(self.scan.malformed(format!("unsupported call of {global:?}"))),
         }
     }
@@ -259,6 +259,6 @@ impl<'a> Machine<'a> {
     }
 }
 
-fn made<'a>(class: Class, args: &[Id]) -> Node<'a> {
+fn object<'a>(class: Class, args: &[Id]) -> Node<'a> {
     Node::Object(Box::new(Instance { class, args: args.to_vec(), state: None }))
 }

@@ -99,32 +99,9 @@ impl<'a> Machine<'a> {
             }
             b'p' | b'q' | b'r' | b'g' | b'h' | b'j' | 0x94 => self.memo(instruction)?,
             b'a' | b'e' | b's' | b'u' => self.fill(instruction)?,
-            0x90 => {
-                drop(self.pop_to_mark()?);
-                let set = self.value(self.top()?);
-                if !matches!(set.node(), Node::Set) {
-                    let found = set.kind();
-                    return Err(self.scan.malformed(format!("must be a set, got {found}")));
-                }
-            }
-            0x80 => {
-                let version = self.scan.byte()?;
-                if version > NEWEST_PROTOCOL {
-                    let newest = NEWEST_PROTOCOL;
-                    let problem = format!("protocol must be at most {newest}, got {version}");
-                    return Err(self.scan.malformed(problem));
-                }
-            }
-            // A frame states how many bytes belong together, which is irrelevant in memory.
-            0x95 => {
-                let length = self.scan.unsigned(8)?;
-                let left = self.scan.left();
-                if length > left as u64 {
-                    return Err(self.scan.malformed(format!(
-                        "truncated: a frame must have {length} bytes, got {left}"
-                    )));
-                }
-            }
+            0x90 => self.add_to_set()?,
+            0x80 => self.check_protocol()?,
+            0x95 => self.check_frame()?,
             _ => {
                 let node = self.make(instruction)?;
                 self.push(node);
@@ -133,8 +110,77 @@ impl<'a> Machine<'a> {
         Ok(())
     }
 
+    /// Drops the items above the mark: those of sets are of no use here.
+    fn add_to_set(&mut self) -> Result<(), PickleError> {
+        drop(self.pop_to_mark()?);
+        let set = self.value(self.top()?);
+        if matches!(set.node(), Node::Set) {
+            return Ok(());
+        }
+        Err(self.scan.malformed(format!("must be a set, got {}", set.kind())))
+    }
+
+    fn check_protocol(&mut self) -> Result<(), PickleError> {
+        let version = self.scan.byte()?;
+        if version <= NEWEST_PROTOCOL {
+            return Ok(());
+        }
+        let problem = format!("protocol must be at most {NEWEST_PROTOCOL}, got {version}");
+        Err(self.scan.malformed(problem))
+    }
+
+    /// A frame states how many bytes belong together, which is irrelevant in memory.
+    fn check_frame(&mut self) -> Result<(), PickleError> {
+        let length = self.scan.unsigned(8)?;
+        let left = self.scan.left();
+        if length <= left as u64 {
+            return Ok(());
+        }
+        let problem = format!("truncated: a frame must have {length} bytes, got {left}");
+        Err(self.scan.malformed(problem))
+    }
+
     /// The value that an instruction pushes.
     fn make(&mut self, instruction: u8) -> Result<Node<'a>, PickleError> {
+        Ok(match instruction {
+            b']' => Node::List(Vec::new()),
+            b')' => Node::Tuple(Vec::new()),
+            b'}' => Node::Dict(Vec::new()),
+            b'l' => Node::List(self.pop_to_mark()?),
+            b't' => Node::Tuple(self.pop_to_mark()?),
+            b'd' => {
+                let items = self.pop_to_mark()?;
+                Node::Dict(self.pairs(&items)?)
+            }
+            0x85..=0x87 => {
+                let mut items = Vec::with_capacity(3);
+                for _ in 0x85..=instruction {
+                    items.push(self.pop()?);
+                }
+                items.reverse();
+                Node::Tuple(items)
+            }
+            0x8f => Node::Set,
+            0x91 => {
+                drop(self.pop_to_mark()?);
+                Node::Set
+            }
+            b'Q' if self.persistent => Node::Persistent(self.pop()?),
+            b'c' => self.global_lines()?,
+            0x93 => {
+                let (name, module) = (self.pop()?, self.pop()?);
+                let (module, name) = (self.value(module).as_str(), self.value(name).as_str());
+                let (Some(module), Some(name)) = (module, name) else {
+                    return Err(self.scan.malformed("a name must be a string"));
+                };
+                Node::Global(globals::find(module, name)?)
+            }
+            _ => return self.literal(instruction),
+        })
+    }
+
+    /// The value that an instruction pushes, which is stated with it.
+    fn literal(&mut self, instruction: u8) -> Result<Node<'a>, PickleError> {
         let scan = &mut self.scan;
         Ok(match instruction {
             b'N' => Node::None,
@@ -171,41 +217,7 @@ impl<'a> Machine<'a> {
             b'U' | b'C' => Node::Bytes(Cow::Borrowed(scan.counted(1)?)),
             b'T' | b'B' => Node::Bytes(Cow::Borrowed(scan.counted(4)?)),
             0x8e | 0x96 => Node::Bytes(Cow::Borrowed(scan.counted(8)?)),
-            b']' => Node::List(Vec::new()),
-            b')' => Node::Tuple(Vec::new()),
-            b'}' => Node::Dict(Vec::new()),
-            b'l' => Node::List(self.pop_to_mark()?),
-            b't' => Node::Tuple(self.pop_to_mark()?),
-            b'd' => {
-                let items = self.pop_to_mark()?;
-                Node::Dict(self.pairs(&items)?)
-            }
-            0x85..=0x87 => {
-                let mut items = Vec::with_capacity(3);
-                for _ in 0x85..=instruction {
-                    items.push(self.pop()?);
-                }
-                items.reverse();
-                Node::Tuple(items)
-            }
-            0x8f => Node::Set,
-            0x91 => {
-                drop(self.pop_to_mark()?);
-                Node::Set
-            }
-            b'Q' if self.persistent => Node::Persistent(self.pop()?),
-            b'c' => self.global_lines()?,
-            0x93 => {
-                let (name, module) = (self.pop()?, self.pop()?);
-                let (module, name) = (self.value(module).as_str(), self.value(name).as_str());
-                let (Some(module), Some(name)) = (module, name) else {
-                    return Err(self.scan.malformed("a name must be a string"));
-                };
-                Node::Global(globals::find(module, name)?)
-            }
-            found => {
-                return Err(PickleError::Instruction { at: self.scan.instruction, found });
-            }
+            found => return Err(PickleError::Instruction { at: scan.instruction, found }),
         })
     }
 

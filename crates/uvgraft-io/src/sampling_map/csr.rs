@@ -114,29 +114,29 @@ struct Spooled {
 impl Spooled {
     fn new(operator: &Operator, folder: &Path) -> Result<Self, CsrError> {
         let spool = || tempfile::tempfile_in(folder).map(BufWriter::new);
-        let mut made = Self { count: 0, ends: spool()?, columns: spool()?, values: spool()? };
+        let mut spooled = Self { count: 0, ends: spool()?, columns: spool()?, values: spool()? };
         let size = operator.target_size();
         let matrix = operator.matrix();
         let step = (TEXELS_AT_ONCE / size.width).max(1);
         for first in (0..size.height).step_by(step as usize) {
             let rows = matrix.rows(first..(first + step).min(size.height));
-            if made.count + rows.columns.len() as u64 > MAX_NONZEROS {
+            if spooled.count + rows.columns.len() as u64 > MAX_NONZEROS {
                 return Err(CsrError::TooMany);
             }
             // Below the limit all numbers fit 31 bits.
-            let before = made.count as u32;
+            let before = spooled.count as u32;
             for end in &rows.ends {
-                made.ends.write_all(&(before + *end as u32).to_le_bytes())?;
+                spooled.ends.write_all(&(before + *end as u32).to_le_bytes())?;
             }
             for column in &rows.columns {
-                made.columns.write_all(&column.to_le_bytes())?;
+                spooled.columns.write_all(&column.to_le_bytes())?;
             }
             for value in &rows.values {
-                made.values.write_all(&value.to_le_bytes())?;
+                spooled.values.write_all(&value.to_le_bytes())?;
             }
-            made.count += rows.columns.len() as u64;
+            spooled.count += rows.columns.len() as u64;
         }
-        Ok(made)
+        Ok(spooled)
     }
 }
 

@@ -1,9 +1,10 @@
 //! The camera that all trackers' cameras are converted to.
 
+use glam::{DMat3, DVec3};
 use uvgraft::texture::{Size, Texture};
 
 use super::error::TrackingError;
-use super::rotation::{Matrix3, is_rotation, transposed, turned};
+use super::rotation::is_rotation;
 
 /// A pinhole camera without lens distortion.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -60,8 +61,8 @@ pub(super) struct Intrinsics {
 /// A rotation and a translation after it, in OpenCV's axes.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Pose {
-    pub(super) rotation: Matrix3,
-    pub(super) translation: [f64; 3],
+    pub(super) rotation: DMat3,
+    pub(super) translation: DVec3,
 }
 
 impl Pose {
@@ -71,9 +72,9 @@ impl Pose {
         let bad = || TrackingError::value(name, wanted, format_args!("{rows:?}"));
         let (&[a, b, c] | &[a, b, c, [0.0, 0.0, 0.0, 1.0]]) = rows else { return Err(bad()) };
         let rotation = [a, b, c].map(|[x, y, z, _]| [x, y, z]);
-        let translation = [a[3], b[3], c[3]];
-        let is_finite = translation.iter().all(|value| value.is_finite());
-        if is_rotation(&rotation) && is_finite {
+        let rotation = DMat3::from_cols_array_2d(&rotation).transpose();
+        let translation = DVec3::new(a[3], b[3], c[3]);
+        if is_rotation(&rotation) && translation.is_finite() {
             Ok(Self { rotation, translation })
         } else {
             Err(bad())
@@ -82,20 +83,17 @@ impl Pose {
 
     /// From the camera to the world, if it was from the world to the camera, and back.
     pub(super) fn inverse(&self) -> Self {
-        let rotation = transposed(&self.rotation);
-        let translation = turned(&rotation, self.translation).map(|value| -value);
-        Self { rotation, translation }
+        let rotation = self.rotation.transpose();
+        Self { rotation, translation: -(rotation * self.translation) }
     }
 
     /// The pose with the axes of the camera multiplied by 1 or -1, of a pose from the world to the
     /// camera.
-    pub(super) fn with_axes(&self, signs: [f64; 3]) -> Self {
-        let Self { mut rotation, mut translation } = *self;
-        for axis in 0..3 {
-            rotation[axis] = rotation[axis].map(|value| signs[axis] * value);
-            translation[axis] *= signs[axis];
+    pub(super) fn with_axes(&self, signs: DVec3) -> Self {
+        Self {
+            rotation: DMat3::from_diagonal(signs) * self.rotation,
+            translation: signs * self.translation,
         }
-        Self { rotation, translation }
     }
 
     /// The camera with this pose from the world to the camera.
@@ -111,8 +109,8 @@ impl Pose {
                 return Err(TrackingError::value(name, "finite", center));
             }
         }
-        let [a, b, c] = self.rotation;
-        let [x, y, z] = self.translation;
+        let [a, b, c] = self.rotation.transpose().to_cols_array_2d();
+        let [x, y, z] = self.translation.to_array();
         let camera_from_world = [
             [a[0], a[1], a[2], x],
             [b[0], b[1], b[2], y],
@@ -124,10 +122,10 @@ impl Pose {
 }
 
 /// From OpenGL's axes of a camera (x right, y up, z backward) to OpenCV's, and back.
-pub(super) const OPENGL: [f64; 3] = [1.0, -1.0, -1.0];
+pub(super) const OPENGL: DVec3 = DVec3::new(1.0, -1.0, -1.0);
 
 /// From PyTorch3D's axes of a camera (x left, y up, z forward) to OpenCV's, and back.
-pub(super) const PYTORCH3D: [f64; 3] = [-1.0, -1.0, 1.0];
+pub(super) const PYTORCH3D: DVec3 = DVec3::new(-1.0, -1.0, 1.0);
 
 /// The size of an image stated in numbers that may be floats.
 pub(super) fn size(width: f64, height: f64) -> Result<Size, TrackingError> {
@@ -167,8 +165,8 @@ mod tests {
         let rows = [[0.0, 0.0, -1.0, 3.0], [0.0, 1.0, 0.0, 4.0], [1.0, 0.0, 0.0, 5.0]];
         let inverse = Pose::from_rows("pose", &rows).unwrap().inverse();
         // The centre of the camera: [-5, -4, 3], which the rows take to 0.
-        assert_eq!(inverse.translation, [-5.0, -4.0, 3.0]);
-        assert_eq!(inverse.inverse().translation, [3.0, 4.0, 5.0]);
+        assert_eq!(inverse.translation, DVec3::new(-5.0, -4.0, 3.0));
+        assert_eq!(inverse.inverse().translation, DVec3::new(3.0, 4.0, 5.0));
     }
 
     #[test]
@@ -182,7 +180,7 @@ mod tests {
             "{error}"
         );
         assert!(Pose::from_rows("pose", &[[1.0; 4]; 2]).is_err());
-        let pose = Pose { rotation: [[0.0; 3]; 3], translation: [0.0; 3] };
+        let pose = Pose { rotation: DMat3::ZERO, translation: DVec3::ZERO };
         let focal = |focal| {
             let intrinsics =
                 Intrinsics { focal: [1.0, focal], center: [0.0; 2], size: Size::new(1, 1) };

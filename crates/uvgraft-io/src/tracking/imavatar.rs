@@ -120,7 +120,7 @@ fn camera(
         let wanted = "a negative and a positive focal length first, as the camera looks along -z";
         return Err(TrackingError::value("intrinsics", wanted, format_args!("{intrinsics:?}")));
     }
-    let pose = Pose::from_rows("world_mat", world_mat)?.with_axes(signs);
+    let pose = Pose::from_rows("world_mat", world_mat)?.with_axes(signs.into());
     pose.camera(&Intrinsics { focal: [fx.abs(), fy.abs()], center: [cx, cy], size })
 }
 

@@ -18,30 +18,19 @@ use super::error::{ReadTrackingError, TrackingError};
 use super::flame::{FlameParameters, MAX_COEFFICIENTS, Shared, coefficients, from_six_numbers};
 use super::paths::{Reach, existing, number, optional, stated};
 use super::transforms::{self, Frame, Optics};
-use super::{Subset, TrackedCamera, TrackedFrame, check_frames};
+use super::{Subset, TrackedCamera, TrackedFrame};
 use uvgraft_files::input::{Input, ReadError};
 
 /// Maximum size of a list of coefficients.
 const MAX_BYTES: u64 = 1 << 16;
 
 pub(super) fn read(folder: &Path) -> Result<Vec<TrackedFrame>, ReadTrackingError> {
-    let mut frames = Vec::new();
     let mut shape = Shared::default();
-    for (path, subset) in transforms::files(folder) {
-        let file = transforms::read(&path)?;
-        let shared = file.optics();
-        if let Err(reason) = check_frames(frames.len() + file.frames.0.len()) {
-            return Err(ReadError::Content { path, reason });
-        }
-        for (index, frame) in file.frames.0.iter().enumerate() {
-            let found = Found::of(folder, index, frame, &shared).map_err(|reason| {
-                let reason = reason.in_frame(index);
-                ReadError::Content { path: path.clone(), reason }
-            })?;
-            frames.push(found.frame(folder, index, subset, &mut shape)?);
-        }
-    }
-    Ok(frames)
+    transforms::frames(
+        folder,
+        |index, frame, shared| Found::of(folder, index, frame, shared),
+        |found, index, _, subset| found.frame(folder, index, subset, &mut shape),
+    )
 }
 
 /// The checked content of a frame; its files are not read yet.

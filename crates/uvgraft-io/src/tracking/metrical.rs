@@ -21,7 +21,7 @@ use super::camera::{Intrinsics, PYTORCH3D, Pose, size};
 use super::error::{ReadTrackingError, TrackingError};
 use super::flame::{FlameParameters, Shared, fixed, from_six_numbers, row};
 use super::paths::{existing, files_with, number, optional};
-use super::rotation::{from_six, transposed};
+use super::rotation::from_six;
 use super::{Subset, TrackedCamera, TrackedFrame, check_frames};
 use crate::arrays::{NamedArrays, NumericArray};
 use crate::torch;
@@ -118,7 +118,7 @@ fn optimised(arrays: &NamedArrays, size: Size) -> Result<TrackedCamera, Tracking
         let found = format_args!("{six:?}").to_string();
         TrackingError::value("camera.R", "two independent directions", found)
     })?;
-    let translation = numbers(arrays, "camera.t")?;
+    let translation = numbers(arrays, "camera.t")?.into();
     // One focal length, or two.
     let [fx, fy] = match arrays.get("camera.fl").map(|array| array.f64s().len()) {
         Some(2) => numbers(arrays, "camera.fl")?,
@@ -132,7 +132,7 @@ fn optimised(arrays: &NamedArrays, size: Size) -> Result<TrackedCamera, Tracking
         center: [width / 2.0 - px * unit, height / 2.0 - py * unit],
         size,
     };
-    let pose = Pose { rotation: transposed(&rotation), translation };
+    let pose = Pose { rotation: rotation.transpose(), translation };
     pose.with_axes(PYTORCH3D).camera(&intrinsics)
 }
 

@@ -11,7 +11,8 @@ use super::camera::{Intrinsics, size};
 use super::error::{ReadTrackingError, TrackingError};
 use super::json::{self, First, Frames, Name};
 use super::paths::optional;
-use super::{Subset, Tracker};
+use super::{Subset, TrackedFrame, Tracker, check_frames};
+use uvgraft_files::input::ReadError;
 
 const WANTED: &str = "a tracked data set (transforms.json)";
 
@@ -20,8 +21,8 @@ const WANTED: &str = "a tracked data set (transforms.json)";
 /// The optical values are listed twice, because `serde(flatten)` would keep every other value of a
 /// damaged file in memory.
 #[derive(Debug, Deserialize)]
-pub(super) struct Transforms {
-    pub(super) frames: Frames<Frame>,
+struct Transforms {
+    frames: Frames<Frame>,
     w: Option<f64>,
     h: Option<f64>,
     fl_x: Option<f64>,
@@ -63,7 +64,7 @@ pub(super) struct Optics {
 }
 
 impl Transforms {
-    pub(super) const fn optics(&self) -> Optics {
+    const fn optics(&self) -> Optics {
         let Self { w, h, fl_x, fl_y, cx, cy, camera_angle_x, camera_angle_y, .. } = *self;
         Optics {
             size: [w, h],
@@ -111,7 +112,7 @@ impl Optics {
 }
 
 /// The files of a folder that exist: the whole data set, or else its subsets.
-pub(super) fn files(folder: &Path) -> Vec<(PathBuf, Subset)> {
+fn files(folder: &Path) -> Vec<(PathBuf, Subset)> {
     let at = |name: &str, subset| Some((optional(folder.join(name))?, subset));
     match at("transforms.json", Subset::Whole) {
         Some(whole) => vec![whole],
@@ -126,8 +127,29 @@ pub(super) fn files(folder: &Path) -> Vec<(PathBuf, Subset)> {
     }
 }
 
-pub(super) fn read(path: &Path) -> Result<Transforms, ReadTrackingError> {
-    json::read(path, WANTED)
+/// The frames of all files of a folder, in order.
+///
+/// - `check`: of a frame's number in its file, the frame, and what the file's frames share. The file is
+///   named in its errors.
+/// - `read`: of what was found, the number, the frame and the file's subset.
+pub(super) fn frames<F>(
+    folder: &Path,
+    check: impl Fn(usize, &Frame, &Optics) -> Result<F, TrackingError>,
+    mut read: impl FnMut(F, usize, Frame, Subset) -> Result<TrackedFrame, ReadTrackingError>,
+) -> Result<Vec<TrackedFrame>, ReadTrackingError> {
+    let mut frames = Vec::new();
+    for (path, subset) in files(folder) {
+        let file: Transforms = json::read(&path, WANTED)?;
+        let shared = file.optics();
+        let content = |reason| ReadError::Content { path: path.clone(), reason };
+        check_frames(frames.len() + file.frames.0.len()).map_err(content)?;
+        for (index, frame) in file.frames.0.into_iter().enumerate() {
+            let found = check(index, &frame, &shared);
+            let found = found.map_err(|reason| content(reason.in_frame(index)))?;
+            frames.push(read(found, index, frame, subset)?);
+        }
+    }
+    Ok(frames)
 }
 
 /// Which tracker's the data set is, by what its first frame refers to.

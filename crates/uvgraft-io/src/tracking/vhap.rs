@@ -21,9 +21,9 @@ use super::flame::{FlameParameters, Shared, fixed, offsets, row};
 use super::json::Name;
 use super::paths::{Reach, existing, files_with, optional, stated};
 use super::transforms::{self, Frame, Optics};
-use super::{Subset, TrackedFrame, check_frames};
+use super::{Subset, TrackedFrame};
 use crate::arrays::{self, NamedArrays};
-use uvgraft_files::input::{Input, ReadError};
+use uvgraft_files::input::Input;
 
 /// Maximum size of a file of parameters. Those with offsets have about 150 kB.
 const MAX_BYTES: u64 = 1 << 26;
@@ -37,25 +37,15 @@ pub(super) fn not_exported(folder: &Path) -> Option<TrackingError> {
 }
 
 pub(super) fn read(folder: &Path) -> Result<Vec<TrackedFrame>, ReadTrackingError> {
-    let mut frames = Vec::new();
     let mut heads = Heads::default();
-    for (path, subset) in transforms::files(folder) {
-        let file = transforms::read(&path)?;
-        let shared = file.optics();
-        if let Err(reason) = check_frames(frames.len() + file.frames.0.len()) {
-            return Err(ReadError::Content { path, reason });
-        }
-        for (index, frame) in file.frames.0.into_iter().enumerate() {
-            let content = |reason: TrackingError| {
-                let reason = reason.in_frame(index);
-                ReadError::Content { path: path.clone(), reason }
-            };
-            let found = Found::of(folder, index, &frame, &shared).map_err(content)?;
+    transforms::frames(
+        folder,
+        |index, frame, shared| Found::of(folder, index, frame, shared),
+        |found, _, frame, subset| {
             let flame = heads.read(&found.parameters)?;
-            frames.push(found.frame(frame, subset, flame)?);
-        }
-    }
-    Ok(frames)
+            found.frame(frame, subset, flame)
+        },
+    )
 }
 
 /// The checked content of a frame; its files are not read yet.

@@ -6,7 +6,7 @@ use uvgraft::mesh::Mesh;
 
 use super::edge_class::{EdgeClass, point_count};
 use super::probe::{Outcome, Probe};
-use super::{SeamEdge, SeamNotes, Side, Step};
+use super::{SeamEdge, SeamNotes, SeamSide, Step};
 
 /// A measured edge.
 pub(super) struct Walked {
@@ -36,7 +36,7 @@ pub(super) fn along(mesh: &Mesh, probe: &Probe<'_>, edge: &SharedEdge, kind: Edg
     let uv = edge.uv(mesh);
     let side = |k: usize| {
         let half = edge.halves[k];
-        Side { face: half / 3, corner: (half % 3) as u8, uv: uv[k] }
+        SeamSide { face: half / 3, corner: (half % 3) as u8, uv: uv[k] }
     };
     let seam = SeamEdge {
         sides: [side(0), side(1)],

@@ -33,7 +33,7 @@ use edge_class::{EdgeClass, kinds_by_half, point_count};
 pub use pasted::TransferredFace;
 pub use probe::Offset;
 use probe::Probe;
-pub use report::{EdgeGroup, SeamEdge, SeamNotes, SeamReport, Side, Step};
+pub use report::{EdgeGroup, SeamEdge, SeamNotes, SeamReport, SeamSide, Step};
 pub use statistics::StepStatistics;
 pub use tone::{SkinColors, ToneMatch, ToneReferences, measure_tone};
 pub use unfold::Unfolded;

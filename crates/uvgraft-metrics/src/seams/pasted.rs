@@ -23,7 +23,7 @@ pub struct TransferredFace {
 
 /// Label weights of a texel of a [`TransferredFace`], each from 0 to 1.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) struct Shown {
+pub(super) struct LabelWeights {
     /// Hair of the head, beard and brows.
     pub hair: f32,
     pub skin: f32,
@@ -41,7 +41,7 @@ impl TransferredFace {
     /// # Errors
     /// [`GraftError::Texture`] if memory runs out.
     pub fn new(domain: &BlendDomain, face: &Texture, size: Size) -> Result<Self, GraftError> {
-        let carry = |texture: &Texture, content, filter, blank: Texture| {
+        let transfer = |texture: &Texture, content, filter, blank: Texture| {
             Graft::builder(Arc::clone(domain.pair()), Sizes { from: texture.size(), to: size })
                 .direction(domain.direction())
                 .content(content)
@@ -51,12 +51,12 @@ impl TransferredFace {
                 .apply(texture, blank)
         };
         let clear = Texture::filled(size, Channels::Rgba, Encoding::Srgb, Depth::U8, &[0.0; 4])?;
-        let texture = carry(face, Content::Color, Filter::Lanczos3, clear)?;
+        let texture = transfer(face, Content::Color, Filter::Lanczos3, clear)?;
         let labels = match domain.labels(face) {
             Ok(labels) => {
                 let none =
                     Texture::filled(size, Channels::Rgb, Encoding::Data, Depth::U8, &[0.0; 3])?;
-                Some(carry(&weights(&labels), Content::Data, Filter::Bilinear, none)?)
+                Some(transfer(&weights(&labels), Content::Data, Filter::Bilinear, none)?)
             }
             Err(_) => None,
         };
@@ -80,9 +80,9 @@ impl TransferredFace {
     }
 
     /// The label weights at a texel, if they are known.
-    pub(super) fn shown(&self, x: u32, y: u32) -> Option<Shown> {
+    pub(super) fn shown(&self, x: u32, y: u32) -> Option<LabelWeights> {
         let labels = self.labels.as_ref()?;
-        Some(Shown { hair: labels.get(x, y, 0), skin: labels.get(x, y, 1) })
+        Some(LabelWeights { hair: labels.get(x, y, 0), skin: labels.get(x, y, 1) })
     }
 }
 

@@ -48,7 +48,7 @@ pub struct EdgeGroup {
 #[derive(Debug, Clone, PartialEq)]
 pub struct SeamEdge {
     /// Its two triangles. If only one belongs to the region, it is the first.
-    pub sides: [Side; 2],
+    pub sides: [SeamSide; 2],
     /// Its ends on the surface.
     pub ends: [[f32; 3]; 2],
     /// Its length on the surface, in mesh units.
@@ -67,7 +67,7 @@ pub struct SeamEdge {
 
 /// One side of an edge.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Side {
+pub struct SeamSide {
     /// The triangle.
     pub face: u32,
     /// The edge runs from this corner (0, 1 or 2) of the triangle to the next, or in the

@@ -18,7 +18,9 @@ pub(super) enum Sample {
 ///
 /// - `uv`: finite; points outside the texture get the colour of its nearest edge.
 ///
-/// Values are filtered as sRGB, weighted by alpha.
+/// Values are filtered as sRGB, weighted by alpha. Apart from the core's `bilinear`: texels of weight 0 may
+/// hold anything, even NaN, and sums are in double precision, so that what is measured does not depend
+/// on how it was made.
 pub(super) fn sample(texture: &Texture, uv: [f64; 2]) -> Sample {
     let size = texture.size();
     let axis = |coordinate: f64, count: u32| {

@@ -1,8 +1,9 @@
 //! Tones of skin, from very light to very dark, and how they vary over the body.
 
 use glam::Vec3;
+use uvgraft::color::luma;
 use uvgraft_avatar::paint::noise::{fractal, noise};
-use uvgraft_avatar::paint::texel::{Color, blend, luma};
+use uvgraft_avatar::paint::texel::{Color, blend};
 
 use super::scaled;
 

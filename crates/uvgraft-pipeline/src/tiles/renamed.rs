@@ -1,4 +1,4 @@
-//! Events of a transfer between temporary files, told with the names that users know.
+//! Events of a transfer between temporary files, with the names that users know.
 
 use std::path::{Path, PathBuf};
 use std::time::Duration;

@@ -3,14 +3,14 @@
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
 
-use uvgraft::{Depth, Direction, Encoding, Pair, Tile, TileAtlas, tile_atlas};
+use uvgraft::{Channels, Depth, Direction, Encoding, Pair, Size, Tile, TileAtlas, tile_atlas};
 use uvgraft_image::{self as image, Image, WriteOptions};
 
 use super::has_placeholder;
 use super::names::{Pattern, numbered};
-use crate::carry::write_failure;
 use crate::failure::{Blame, Failure, Result};
 use crate::observer::Observer;
+use crate::texture_transfer::write_failure;
 
 /// A texture with an image for each tile.
 pub(super) struct TiledSource {
@@ -66,11 +66,8 @@ impl TiledSource {
         }
     }
 
-    /// Joins the images into one file in a folder; a single image stays as it is.
-    ///
-    /// # Errors
-    /// For images that cannot be read, of different sizes, or too large together.
-    pub(super) fn join(&self, folder: &Path) -> Result<(TileAtlas, PathBuf)> {
+    /// The first image, and the size of all.
+    fn first_and_size(&self) -> Result<(&PathBuf, Size)> {
         let mut size = None;
         for path in self.files.values() {
             let found = image::read_header(path).or_input()?.size;
@@ -84,9 +81,34 @@ impl TiledSource {
                 )));
             }
         }
-        let Some((first, size)) = size else {
-            return Err(Failure::input(format!("{}: no images", self.name.display())));
-        };
+        size.ok_or_else(|| Failure::input(format!("{}: no images", self.name.display())))
+    }
+
+    /// The channels and depth that hold the values of all images.
+    fn common_format(&self, first_path: &Path, images: &[Image]) -> Result<(Channels, Depth)> {
+        let first = &images[0];
+        let (mut channels, mut depth) = (first.texture.channels(), first.texture.depth());
+        for (path, image) in self.files.values().zip(images) {
+            if image.texture.encoding() != first.texture.encoding() || image.icc != first.icc {
+                return Err(Failure::input(format!(
+                    "images of tiles must have the same colour space, but {} and {} differ in their \
+                     encoding or ICC profile",
+                    first_path.display(),
+                    path.display()
+                )));
+            }
+            channels = channels.union(image.texture.channels());
+            depth = depth.max(image.texture.depth());
+        }
+        Ok((channels, depth))
+    }
+
+    /// Joins the images into one file in a folder; a single image stays as it is.
+    ///
+    /// # Errors
+    /// For images that cannot be read, of different sizes, or too large together.
+    pub(super) fn join(&self, folder: &Path) -> Result<(TileAtlas, PathBuf)> {
+        let (first, size) = self.first_and_size()?;
         let named = |failure: Failure| failure.context(self.name.display());
         let atlas = TileAtlas::new(self.files.keys().copied().collect(), size);
         let atlas = atlas.or_input().map_err(named)?;
@@ -96,22 +118,8 @@ impl TiledSource {
         let images: Vec<Image> = (self.files.values())
             .map(|path| image::read(path).or_input())
             .collect::<Result<_>>()?;
-        let icc = images[0].icc.clone();
-        let encoding = images[0].texture.encoding();
-        let mut channels = images[0].texture.channels();
-        let mut depth = images[0].texture.depth();
-        for (path, image) in self.files.values().zip(&images) {
-            if image.texture.encoding() != encoding || image.icc != icc {
-                return Err(Failure::input(format!(
-                    "images of tiles must have the same colour space, but {} and {} differ in their \
-                     encoding or ICC profile",
-                    first.display(),
-                    path.display()
-                )));
-            }
-            channels = channels.union(image.texture.channels());
-            depth = depth.max(image.texture.depth());
-        }
+        let (channels, depth) = self.common_format(first, &images)?;
+        let (icc, encoding) = (images[0].icc.clone(), images[0].texture.encoding());
         let textures: Vec<_> =
             images.into_iter().map(|image| image.texture.converted(channels, depth)).collect();
         let texture = tile_atlas::stitch(&atlas, &textures).or_input().map_err(named)?;

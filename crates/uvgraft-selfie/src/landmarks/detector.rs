@@ -7,10 +7,12 @@
 //! Bazarevsky et al., "BlazeFace: Sub-millisecond Neural Face Detection on Mobile GPUs", 2019, also for
 //! averaging overlapping boxes instead of dropping all but one.
 
-use super::picture::{Crop, Outside, Picture};
+use uvgraft::sampler::Beyond;
+
+use super::photo_pyramid::{Crop, PhotoPyramid};
 use crate::network::{Network, NetworkError};
 
-/// Texels of the network's input along a side.
+/// Texels of the network's input along a side, as it was trained.
 const RESOLUTION: usize = 128;
 
 /// Cells along a side of a grid, and anchors in each cell.
@@ -44,11 +46,11 @@ pub(super) fn check(network: &Network) -> Result<(), NetworkError> {
 /// The faces in a crop with at least a score, the best first.
 pub(super) fn detect(
     network: &Network,
-    picture: &Picture<'_>,
+    picture: &PhotoPyramid<'_>,
     crop: &Crop,
     least_score: f64,
 ) -> Vec<Detection> {
-    let colors = picture.crop(crop, RESOLUTION, Outside::Black);
+    let colors = picture.crop(crop, RESOLUTION, Beyond::Zero);
     let input: Vec<f32> = colors.as_flattened().iter().map(|value| value * 2.0 - 1.0).collect();
     // The network was checked when it was loaded.
     let Ok(mut outputs) = network.run(&input) else { return Vec::new() };

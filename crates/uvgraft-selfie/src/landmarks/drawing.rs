@@ -1,7 +1,9 @@
 //! Tells drawings from photographs, which the networks cannot do.
 
+use uvgraft::sampler::Beyond;
+
 use super::FoundFace;
-use super::picture::{Crop, Outside, Picture};
+use super::photo_pyramid::{Crop, PhotoPyramid};
 
 /// Texels along a side in which a face is looked at.
 const RESOLUTION: usize = 96;
@@ -9,14 +11,14 @@ const RESOLUTION: usize = 96;
 /// Neighbours that differ by less have the same colour: half a level of 8 bits.
 const SAME: f32 = 0.5 / 255.0;
 
-/// Axes of the ellipse that is looked at, in sides of the face's box.
+/// Axes of the ellipse that is looked at, in sides of the face's box. Origin not recorded.
 const ELLIPSE: [f64; 2] = [0.4, 0.45];
 
 /// The part of a face in which neighbouring texels have the same colour. Skin in photographs has shading
 /// and noise everywhere; drawings are filled with single colours.
-pub(super) fn flat_part(picture: &Picture<'_>, face: &FoundFace) -> f64 {
+pub(super) fn flat_part(picture: &PhotoPyramid<'_>, face: &FoundFace) -> f64 {
     let crop = Crop { center: face.center, side: face.size(), angle: face.eye_angle() };
-    let colors = picture.crop(&crop, RESOLUTION, Outside::Nearest);
+    let colors = picture.crop(&crop, RESOLUTION, Beyond::Edge);
     let (mut flat, mut all) = (0, 0);
     for row in 0..RESOLUTION - 1 {
         for column in 0..RESOLUTION - 1 {
@@ -55,7 +57,7 @@ mod tests {
                 angle: 0.0,
                 keypoints: [[0.0; 2]; 6],
             };
-            flat_part(&Picture::new(&texture), &face)
+            flat_part(&PhotoPyramid::new(&texture), &face)
         };
         assert_eq!(part(&|_, _| 0.7), 1.0);
         assert_eq!(part(&|x, y| (x + y) as f32 / 400.0), 0.0);

@@ -6,10 +6,12 @@
 //! Ablavatski et al., "Real-time Pupil Tracking from Monocular Video for Digital Puppetry", 2020, and
 //! the graph `iris_landmark` of MediaPipe for the margins of crops.
 
-use super::picture::{Crop, Outside, Picture};
+use uvgraft::sampler::Beyond;
+
+use super::photo_pyramid::{Crop, PhotoPyramid};
 use crate::network::{Network, NetworkError};
 
-/// Texels of the network's input along a side.
+/// Texels of the network's input along a side, as it was trained.
 const RESOLUTION: usize = 64;
 
 /// Side of a crop, in distances between the corners of the eye.
@@ -45,7 +47,11 @@ pub(super) fn check(network: &Network) -> Result<(), NetworkError> {
 }
 
 /// The right eye (on the left of the picture) and the left one.
-pub(super) fn find(network: &Network, picture: &Picture<'_>, points: &[[f64; 3]]) -> [Iris; 2] {
+pub(super) fn find(
+    network: &Network,
+    picture: &PhotoPyramid<'_>,
+    points: &[[f64; 3]],
+) -> [Iris; 2] {
     [false, true].map(|is_left| {
         let [from, to] = CORNERS[usize::from(is_left)].map(|index| points[index]);
         let [x, y] = [to[0] - from[0], to[1] - from[1]];
@@ -58,8 +64,8 @@ pub(super) fn find(network: &Network, picture: &Picture<'_>, points: &[[f64; 3]]
     })
 }
 
-fn in_crop(network: &Network, picture: &Picture<'_>, crop: &Crop, is_mirrored: bool) -> Iris {
-    let mut colors = picture.crop(crop, RESOLUTION, Outside::Nearest);
+fn in_crop(network: &Network, picture: &PhotoPyramid<'_>, crop: &Crop, is_mirrored: bool) -> Iris {
+    let mut colors = picture.crop(crop, RESOLUTION, Beyond::Edge);
     if is_mirrored {
         colors.chunks_exact_mut(RESOLUTION).for_each(<[_]>::reverse);
     }

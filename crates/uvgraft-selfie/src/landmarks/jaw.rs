@@ -1,7 +1,9 @@
 //! Tells textures of heads from photographs, which the networks cannot do: in a photograph the head
 //! has an outline, in a texture the skin of the jaw goes on to the neck and the ears.
 
-use super::picture::{Crop, Outside, Picture};
+use uvgraft::sampler::Beyond;
+
+use super::photo_pyramid::{Crop, PhotoPyramid};
 use super::regions::{CHIN, LEFT_SIDE, RIGHT_SIDE};
 
 /// Landmarks on the edge of the jaw beside the chin, on the left and on the right of a picture: below
@@ -10,26 +12,26 @@ const BESIDE_CHIN: [(usize, i32); 2] = [(150, -1), (379, 1)];
 
 /// Pixels along a side of the crop that is looked at.
 const RESOLUTION: i32 = 160;
-/// Its side, in widths of the face.
+/// Its side, in widths of the face. Origin not recorded.
 const SIDE: f64 = 2.2;
 /// From how far inside the edge to how far outside it colours are compared, in pixels of the crop: 0.08
 /// and 0.36 widths of the face.
 const RANGE: std::ops::RangeInclusive<i32> = -6..=26;
 /// Distance between compared colours, in pixels of the crop: shading is not as sharp as an outline.
 const STEP: usize = 4;
-/// Brightness below which noise is not taken for an outline.
+/// Brightness below which noise is not taken for an outline. Origin not recorded.
 const DARK: f32 = 0.05;
 
 /// The smaller of the largest changes of colour on the way outwards from the jaw on both sides, as a
 /// share of the brightness of the skin; infinite if the jaw is at the edge of the picture.
-pub(super) fn outline(picture: &Picture<'_>, points: &[[f64; 3]]) -> f64 {
+pub(super) fn outline(picture: &PhotoPyramid<'_>, points: &[[f64; 3]]) -> f64 {
     let at = |landmark: usize| [points[landmark][0], points[landmark][1]];
     let [right, left, chin] = [RIGHT_SIDE, LEFT_SIDE, CHIN].map(at);
     let across = [left[0] - right[0], left[1] - right[1]];
     let center = [0, 1].map(|k| (left[k] + right[k] + 2.0 * chin[k]) / 4.0);
     let side = SIDE * across[0].hypot(across[1]);
     let crop = Crop { center, side, angle: across[1].atan2(across[0]) };
-    let colors = picture.crop(&crop, RESOLUTION as usize, Outside::Nearest);
+    let colors = picture.crop(&crop, RESOLUTION as usize, Beyond::Edge);
     let steps = BESIDE_CHIN
         .map(|(landmark, outwards)| largest_step(picture, &crop, &colors, at(landmark), outwards));
     f64::from(steps[0].max(steps[1]))
@@ -37,7 +39,7 @@ pub(super) fn outline(picture: &Picture<'_>, points: &[[f64; 3]]) -> f64 {
 
 /// The largest change of colour on a row of a crop.
 fn largest_step(
-    picture: &Picture<'_>,
+    picture: &PhotoPyramid<'_>,
     crop: &Crop,
     colors: &[[f32; 3]],
     from: [f64; 2],
@@ -101,7 +103,7 @@ mod tests {
         ] {
             points[landmark] = [center + cos * x - sin * y, center + cos * y + sin * x, 0.0];
         }
-        outline(&Picture::new(&texture), &points)
+        outline(&PhotoPyramid::new(&texture), &points)
     }
 
     #[test]

@@ -9,15 +9,16 @@
 //! the graph `face_landmark` of MediaPipe for the margins of crops.
 
 use crate::face_networks::LANDMARKS;
+use uvgraft::sampler::Beyond;
 use uvgraft::threads;
 
 use super::FoundFace;
 use super::detector::logistic;
-use super::picture::{Crop, Outside, Picture};
+use super::photo_pyramid::{Crop, PhotoPyramid};
 use super::regions::{LEFT_EYE_OUTER, RIGHT_EYE_OUTER};
 use crate::network::{Network, NetworkError};
 
-/// Texels of the network's input along a side.
+/// Texels of the network's input along a side, as it was trained.
 const RESOLUTION: usize = 192;
 
 /// Side of a crop, in sides of the box around a face.
@@ -41,7 +42,7 @@ pub(super) fn check(network: &Network) -> Result<(), NetworkError> {
 /// Landmarks in pixels, and the score of their crop.
 pub(super) fn find(
     network: &Network,
-    picture: &Picture<'_>,
+    picture: &PhotoPyramid<'_>,
     face: &FoundFace,
 ) -> (Vec<[f64; 3]>, f64) {
     let first = in_crop(network, picture, &first_crop(face), None);
@@ -52,12 +53,12 @@ pub(super) fn find(
 /// by a pixel of the network's input, and to one side.
 ///
 /// - `points`: as [`find`] finds them.
-/// - `mates`: for each landmark, that of the other side of the face.
+/// - `mirror_partners`: for each landmark, that of the other side of the face.
 pub(super) fn averaged(
     network: &Network,
-    picture: &Picture<'_>,
+    picture: &PhotoPyramid<'_>,
     points: &[[f64; 3]],
-    mates: &[usize],
+    mirror_partners: &[usize],
 ) -> Vec<[f64; 3]> {
     let middle = crop_around(points);
     let crops: Vec<(Crop, bool)> = JITTER
@@ -70,7 +71,7 @@ pub(super) fn averaged(
         .collect();
     let found = threads::map_indices(crops.len(), |index| {
         let (crop, is_mirrored) = &crops[index];
-        in_crop(network, picture, crop, is_mirrored.then_some(mates)).0
+        in_crop(network, picture, crop, is_mirrored.then_some(mirror_partners)).0
     });
     let count = found.len() as f64;
     (0..points.len())
@@ -103,15 +104,15 @@ fn crop_around(points: &[[f64; 3]]) -> Crop {
 
 /// Landmarks in a crop, in pixels of the photograph, and their score.
 ///
-/// - `mates`: if the network is to see it mirrored: for each landmark, that of the other side.
+/// - `mirror_partners`: if the network is to see it mirrored: for each landmark, that of the other side.
 fn in_crop(
     network: &Network,
-    picture: &Picture<'_>,
+    picture: &PhotoPyramid<'_>,
     crop: &Crop,
-    mates: Option<&[usize]>,
+    mirror_partners: Option<&[usize]>,
 ) -> (Vec<[f64; 3]>, f64) {
-    let mut colors = picture.crop(crop, RESOLUTION, Outside::Nearest);
-    if mates.is_some() {
+    let mut colors = picture.crop(crop, RESOLUTION, Beyond::Edge);
+    if mirror_partners.is_some() {
         colors.chunks_exact_mut(RESOLUTION).for_each(<[_]>::reverse);
     }
     // The network was checked when it was loaded.
@@ -121,9 +122,10 @@ fn in_crop(
     let texels = RESOLUTION as f64;
     let points = points.as_chunks::<3>().0;
     let placed = |index: usize| {
-        let [x, y, z] = points[mates.map_or(index, |mates| mates[index])]
-            .map(|value| f64::from(value) / texels);
-        let x = if mates.is_some() { 1.0 - x } else { x };
+        let [x, y, z] = points
+            [mirror_partners.map_or(index, |mirror_partners| mirror_partners[index])]
+        .map(|value| f64::from(value) / texels);
+        let x = if mirror_partners.is_some() { 1.0 - x } else { x };
         let [x, y] = crop.position([x, y]);
         [x, y, z * crop.side]
     };

@@ -13,7 +13,7 @@ mod drawing;
 mod iris;
 mod jaw;
 mod mesh;
-mod picture;
+mod photo_pyramid;
 pub mod refusal;
 pub mod regions;
 mod search;
@@ -26,7 +26,7 @@ pub use iris::Iris;
 pub use refusal::{FaceChoice, FaceError};
 
 use crate::network::{Network, NetworkError};
-use picture::Picture;
+use photo_pyramid::PhotoPyramid;
 use regions::{CHIN, FOREHEAD, LEFT_EYE_OUTER, LEFT_SIDE, RIGHT_EYE_OUTER, RIGHT_SIDE};
 use search::{Confirmed, Searcher};
 
@@ -139,13 +139,13 @@ impl FaceNetworks {
 
     /// All faces in a photograph, the largest first.
     pub fn detect(&self, photograph: &Texture) -> Vec<FoundFace> {
-        let confirmed = self.search(&Picture::new(photograph));
+        let confirmed = self.search(&PhotoPyramid::new(photograph));
         confirmed.into_iter().map(|confirmed| confirmed.face).collect()
     }
 
     /// The landmarks of a face, whatever its score, as MediaPipe finds them: in a single crop.
     pub fn landmarks(&self, photograph: &Texture, face: &FoundFace) -> FaceLandmarks {
-        let picture = Picture::new(photograph);
+        let picture = PhotoPyramid::new(photograph);
         let (points, score) = mesh::find(&self.mesh, &picture, face);
         self.complete(&picture, face, points, score)
     }
@@ -153,7 +153,7 @@ impl FaceNetworks {
     /// The landmarks of a face, whatever its score, as the mean over several crops: steadier, for ten
     /// times the work.
     pub fn steady_landmarks(&self, photograph: &Texture, face: &FoundFace) -> FaceLandmarks {
-        let picture = Picture::new(photograph);
+        let picture = PhotoPyramid::new(photograph);
         let (points, score) = mesh::find(&self.mesh, &picture, face);
         let points = self.averaged(&picture, &points);
         self.complete(&picture, face, points, score)
@@ -169,7 +169,7 @@ impl FaceNetworks {
         photograph: &Texture,
         choice: FaceChoice,
     ) -> Result<FaceLandmarks, FaceError> {
-        let picture = Picture::new(photograph);
+        let picture = PhotoPyramid::new(photograph);
         let mut confirmed = self.search(&picture);
         let faces: Vec<FoundFace> = confirmed.iter().map(|confirmed| confirmed.face).collect();
         let Confirmed { face, points, score } =
@@ -180,17 +180,17 @@ impl FaceNetworks {
         Ok(landmarks)
     }
 
-    fn search(&self, picture: &Picture<'_>) -> Vec<Confirmed> {
+    fn search(&self, picture: &PhotoPyramid<'_>) -> Vec<Confirmed> {
         Searcher { detector: &self.detector, mesh: &self.mesh, picture }.search()
     }
 
-    fn averaged(&self, picture: &Picture<'_>, points: &[[f64; 3]]) -> Vec<[f64; 3]> {
-        mesh::averaged(&self.mesh, picture, points, &self.canonical.mates)
+    fn averaged(&self, picture: &PhotoPyramid<'_>, points: &[[f64; 3]]) -> Vec<[f64; 3]> {
+        mesh::averaged(&self.mesh, picture, points, &self.canonical.mirror_partners)
     }
 
     fn complete(
         &self,
-        picture: &Picture<'_>,
+        picture: &PhotoPyramid<'_>,
         face: &FoundFace,
         points: Vec<[f64; 3]>,
         score: f64,

@@ -2,7 +2,7 @@
 //! picture.
 //!
 //! Outlines are closed curves along edges of the canonical mesh. Those of the right and the left side
-//! list mates in the same order.
+//! list mirror partners in the same order.
 
 /// Tip of the nose.
 pub const NOSE_TIP: usize = 1;

@@ -11,7 +11,7 @@ use uvgraft::threads;
 use super::FoundFace;
 use super::detector::{self, Detection};
 use super::mesh;
-use super::picture::{Crop, Picture};
+use super::photo_pyramid::{Crop, PhotoPyramid};
 use crate::network::Network;
 
 /// Least score of a candidate, and of a face when it is looked at again. MediaPipe's default; see
@@ -47,7 +47,7 @@ const UPRIGHT_SCORE: f64 = 0.9999;
 pub(super) struct Searcher<'a> {
     pub(super) detector: &'a Network,
     pub(super) mesh: &'a Network,
-    pub(super) picture: &'a Picture<'a>,
+    pub(super) picture: &'a PhotoPyramid<'a>,
 }
 
 /// A face that both networks confirm.

@@ -1,4 +1,4 @@
-//! A fitted shape carried from a head to a body that contains such a head.
+//! A fitted shape transferred from a head to a body that contains such a head.
 //!
 //! What the fit moved on the head is turned and scaled into the body's space and added there, so
 //! that a body with another face keeps the difference. The seam of the pair stays where it is:
@@ -18,7 +18,7 @@ use uvgraft::{Anatomy, Pair};
 
 use self::parts::BodyParts;
 
-/// Why a shape was not carried over.
+/// Why a shape was not transferred.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]
 #[non_exhaustive]
 pub enum LikenessError {

@@ -78,36 +78,9 @@ impl<'m> Builder<'m> {
             OperatorKind::Concatenation { axis, activation } => {
                 self.concatenation(operator, output, axis, activation)
             }
-            OperatorKind::Convolution(window) => {
-                let kernel = input(1)?;
-                let &[_, height, width, _] = &self.model.tensors[kernel].shape[..] else {
-                    return None;
-                };
-                let windows = self.windows(first, output, [height, width], window)?;
-                let outputs = windows.output.channels;
-                let length = windows.taps() * windows.input.channels;
-                let kernel =
-                    self.constants[kernel].filter(|k| k.len() == outputs * length)?.to_vec();
-                let panels = fast::panels(&kernel, outputs);
-                let bias = self.bias(input(2), outputs)?;
-                let activation = window.activation;
-                Some(Layer::Convolution(Convolution { windows, kernel, panels, bias, activation }))
-            }
+            OperatorKind::Convolution(window) => self.convolution(operator, output, window),
             OperatorKind::DepthwiseConvolution { window, multiplier: 1 } => {
-                let kernel = input(1)?;
-                let &[1, height, width, _] = &self.model.tensors[kernel].shape[..] else {
-                    return None;
-                };
-                let windows = self.windows(first, output, [height, width], window)?;
-                let channels = windows.output.channels;
-                let kernel = self.constants[kernel]
-                    .filter(|k| k.len() == windows.taps() * channels)?
-                    .to_vec();
-                let bias = self.bias(input(2), channels)?;
-                let (panels, activation) = (Vec::new(), window.activation);
-                (windows.input.channels == channels).then_some(Layer::DepthwiseConvolution(
-                    Convolution { windows, kernel, panels, bias, activation },
-                ))
+                self.depthwise_convolution(operator, output, window)
             }
             OperatorKind::MaxPooling { window, size } => {
                 let windows =
@@ -129,6 +102,44 @@ impl<'m> Builder<'m> {
             OperatorKind::Reshape => is_same_length.then_some(Layer::Reshape),
             _ => None,
         }
+    }
+
+    fn convolution(&self, operator: &Operator, output: usize, window: Window) -> Option<Layer> {
+        let input = |index: usize| operator.inputs.get(index).copied().flatten();
+        let kernel = input(1)?;
+        let &[_, height, width, _] = &self.model.tensors[kernel].shape[..] else {
+            return None;
+        };
+        let windows = self.windows(input(0)?, output, [height, width], window)?;
+        let outputs = windows.output.channels;
+        let length = windows.taps() * windows.input.channels;
+        let kernel = self.constants[kernel].filter(|k| k.len() == outputs * length)?.to_vec();
+        let panels = fast::panels(&kernel, outputs);
+        let bias = self.bias(input(2), outputs)?;
+        let activation = window.activation;
+        Some(Layer::Convolution(Convolution { windows, kernel, panels, bias, activation }))
+    }
+
+    fn depthwise_convolution(
+        &self,
+        operator: &Operator,
+        output: usize,
+        window: Window,
+    ) -> Option<Layer> {
+        let input = |index: usize| operator.inputs.get(index).copied().flatten();
+        let kernel = input(1)?;
+        let &[1, height, width, _] = &self.model.tensors[kernel].shape[..] else {
+            return None;
+        };
+        let windows = self.windows(input(0)?, output, [height, width], window)?;
+        let channels = windows.output.channels;
+        let length = windows.taps() * channels;
+        let kernel = self.constants[kernel].filter(|k| k.len() == length)?.to_vec();
+        let bias = self.bias(input(2), channels)?;
+        let (panels, activation) = (Vec::new(), window.activation);
+        let convolution = Convolution { windows, kernel, panels, bias, activation };
+        (convolution.windows.input.channels == channels)
+            .then_some(Layer::DepthwiseConvolution(convolution))
     }
 
     fn bias(&self, tensor: Option<usize>, outputs: usize) -> Option<Vec<f32>> {

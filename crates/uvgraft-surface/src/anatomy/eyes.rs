@@ -71,6 +71,7 @@ pub(super) fn pairs(points: &Points) -> Vec<EyePair> {
         for b in &balls[index + 1..] {
             let spheres = [a.sphere, b.sphere];
             let radius = 0.5 * (spheres[0].radius + spheres[1].radius);
+            // Relative to the radius, as the size of the mesh is unknown.
             let ratio = spheres[0].center.distance(spheres[1].center) / radius;
             let unlike = (spheres[0].radius - spheres[1].radius).abs() / radius;
             let counts = f64::from(a.count.min(b.count)) / f64::from(a.count.max(b.count));

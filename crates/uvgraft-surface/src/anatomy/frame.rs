@@ -29,7 +29,7 @@ impl HeadFrame {
     pub(super) fn is_near(&self, other: &Self) -> bool {
         /// Cosine between axes, 14 degrees.
         const PARALLEL: f64 = 0.97;
-        /// In distances between the eyes.
+        /// In distances between the eyes. Origin not recorded.
         const NEAR: f64 = 0.3;
         let axis = |frame: &Self, axis: usize| DVec3::from(frame.axes[axis]);
         let is_parallel = |k: usize| axis(self, k).dot(axis(other, k)) > PARALLEL;

@@ -123,6 +123,7 @@ fn foremost(relief: &Relief, heights: [f64; 2]) -> Option<DVec3> {
 /// The deepest notch of a column, such as that between the lips: its depth below the lower
 /// of its two sides, and its height.
 fn notch(relief: &Relief, x: f64, heights: [f64; 2]) -> Option<(f64, f64)> {
+    /// Cells in which the sides of a notch are looked for: 11 mm where eyes are 63 mm apart.
     const REACH: usize = 9;
     let column = relief.column(x, heights);
     let mut best: Option<(f64, f64)> = None;

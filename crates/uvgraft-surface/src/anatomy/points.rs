@@ -7,7 +7,7 @@ use crate::directions::direction;
 use crate::disjoint::DisjointSets;
 use crate::mesh::{Mesh, bits_of};
 
-/// With fewer points or triangles, no face can be detected.
+/// With fewer points or triangles, no face can be detected. Origin not recorded.
 pub(super) const MIN_POINTS: usize = 120;
 
 /// Distinct positions of a mesh and the triangles between them.

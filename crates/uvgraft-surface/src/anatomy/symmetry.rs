@@ -17,7 +17,7 @@ pub(super) struct Plane {
     pub mirrored: f64,
 }
 
-/// Least fraction of mirrored points for a plane to be considered.
+/// Least fraction of mirrored points for a plane to be considered. Origin not recorded.
 pub(super) const MIN_MIRRORED: f64 = 0.7;
 
 /// Candidates for symmetry planes, best first: planes through the centre normal to the mesh's axes

@@ -11,7 +11,7 @@ use crate::mesh::Mesh;
 use crate::piece::Piece;
 use crate::surface::Surface;
 
-/// Least share of the smaller mesh's triangles that must correspond.
+/// Least share of the smaller mesh's triangles that must correspond. Origin not recorded.
 const ENOUGH: f64 = 0.9;
 
 /// How faces correspond.

@@ -74,7 +74,7 @@ impl Method {
 /// Why a method did not link the meshes.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 #[non_exhaustive]
-pub enum Refusal {
+pub enum MethodFailure {
     /// [`By::Faces`].
     #[error("same faces: {0}")]
     Faces(#[from] FacesError),
@@ -98,7 +98,7 @@ pub struct Correspondence {
     /// The method that linked them.
     pub method: Method,
     /// The methods before it, and why they did not.
-    pub refused: Vec<Refusal>,
+    pub refused: Vec<MethodFailure>,
     /// Parts that the pair does not have, since they have textures of their own.
     pub other_layouts: Vec<OtherLayouts>,
 }
@@ -106,11 +106,11 @@ pub struct Correspondence {
 /// No method links the meshes.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 #[error("the meshes cannot be linked: {}", Refused(.0))]
-pub struct FindError(pub Vec<Refusal>);
+pub struct FindError(pub Vec<MethodFailure>);
 
 /// Shows refusals one after the other.
 #[derive(Debug)]
-pub struct Refused<'a>(pub &'a [Refusal]);
+pub struct Refused<'a>(pub &'a [MethodFailure]);
 
 impl std::fmt::Display for Refused<'_> {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
@@ -145,7 +145,7 @@ pub fn find(
             Err(refusal) => refused.push(refusal),
             Ok((pieces, method)) => {
                 let pair = Pair::of_found(source, target, pieces)
-                    .ok_or_else(|| FindError(vec![Refusal::Outside]))?;
+                    .ok_or_else(|| FindError(vec![MethodFailure::Outside]))?;
                 let (pair, other_layouts) = pair.in_one_layout();
                 let found = Correspondence { pair, method, refused, other_layouts };
                 let is_registered = by == By::Surface && !found.other_layouts.is_empty();
@@ -174,7 +174,7 @@ fn attempt(
     target: &mut Mesh,
     by: By,
     surface: &SurfaceOptions,
-) -> Result<(Vec<Piece>, Method), Refusal> {
+) -> Result<(Vec<Piece>, Method), MethodFailure> {
     match by {
         By::Any | By::Faces => {
             let (pieces, how) = faces::pieces(source, target)?;

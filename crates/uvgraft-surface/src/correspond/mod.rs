@@ -18,5 +18,5 @@ pub mod topology;
 mod twins;
 mod vertex_map;
 
-pub use find::{By, Correspondence, FindError, FindOptions, Method, Refusal, Refused, find};
+pub use find::{By, Correspondence, FindError, FindOptions, Method, MethodFailure, Refused, find};
 pub use vertex_map::LinkError;

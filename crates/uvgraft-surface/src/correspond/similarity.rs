@@ -6,6 +6,7 @@
 use glam::{DMat3, DVec3};
 
 use crate::rotation::Correlation;
+use crate::statistics::median;
 
 /// A rotation, a uniform scale and a translation: `p → scale · rotation · p + translation`.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -62,13 +63,13 @@ impl Similarity {
     pub fn robust(pairs: &[[DVec3; 2]], scales: bool) -> Option<Self> {
         /// Rounds of fitting and choosing; the choice settles within a few.
         const ROUNDS: usize = 5;
-        /// Pairs farther apart than this many medians don't count.
+        /// Pairs farther apart than this many medians don't count. Origin not recorded.
         const REACH: f64 = 3.0;
         let mut weights = vec![1.0; pairs.len()];
         let mut found = Self::between(pairs, &weights, scales)?;
         for _ in 0..ROUNDS {
             let distances = found.distances(pairs);
-            let reach = REACH * median(&distances);
+            let reach = REACH * median(distances.iter().copied()).unwrap_or(0.0);
             for (weight, distance) in weights.iter_mut().zip(distances) {
                 *weight = if distance <= reach { 1.0 } else { 0.0 };
             }
@@ -109,16 +110,6 @@ fn is_on_a_line(pairs: &[[DVec3; 2]], weights: &[f64], side: usize, mean: DVec3)
     let Some(along) = longest.and_then(DVec3::try_normalize) else { return true };
     let length = longest.map_or(0.0, DVec3::length);
     edges().all(|edge| edge.cross(along).length() <= THINNEST * length)
-}
-
-/// The median by nearest rank; 0 of nothing.
-pub(crate) fn median(values: &[f64]) -> f64 {
-    let mut sorted = values.to_vec();
-    let middle = sorted.len() / 2;
-    if sorted.is_empty() {
-        return 0.0;
-    }
-    *sorted.select_nth_unstable_by(middle, f64::total_cmp).1
 }
 
 #[cfg(test)]
@@ -165,7 +156,7 @@ mod tests {
             .collect();
         let found = Similarity::between(&pairs, &[1.0; 40], false).unwrap();
         assert!((found.rotation.determinant() - 1.0).abs() < 1e-12);
-        assert!(median(&found.distances(&pairs)) > 0.1);
+        assert!(median(found.distances(&pairs)).unwrap() > 0.1);
     }
 
     #[test]

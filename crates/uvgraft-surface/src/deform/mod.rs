@@ -1,4 +1,4 @@
-//! Deformation transfer: how one mesh moves, carried to another one that is paired with it.
+//! Deformation transfer: how one mesh moves, transferred to another one that is paired with it.
 //!
 //! Based on R. Sumner and J. Popović, "Deformation transfer for triangle meshes" (2004), in the form
 //! of M. Botsch, R. Sumner, M. Pauly and M. Gross, "Deformation transfer for detail-preserving surface
@@ -201,7 +201,7 @@ impl DeformationTransfer {
     /// never moves stays.
     pub fn correction(&self, handles: &Handles, changes: &[Option<f32>]) -> Vec<[f32; 3]> {
         /// Offsets shorter than the first share of the longest become zero, those longer than the
-        /// second remain.
+        /// second remain. Origin not recorded.
         const STILL: [f64; 2] = [0.01, 0.05];
         let rows = handles.solve(self.correction.rows(), changes);
         let mut points = self.correction.to_points(&rows);

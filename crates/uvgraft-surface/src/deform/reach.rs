@@ -6,7 +6,7 @@ use std::collections::BinaryHeap;
 use super::samples::Samples;
 use crate::surface::Surface;
 
-/// A triangle has a counterpart if pieces cover more than this share of it.
+/// A triangle has a counterpart if pieces cover more than this share of it. Origin not recorded.
 pub(super) const COVERED: f64 = 0.05;
 
 /// The free points and their rows in the equations.

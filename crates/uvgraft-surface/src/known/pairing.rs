@@ -4,7 +4,7 @@ use super::{Certainty, KnownLayout, LayoutMatch, MeshMatch, Recognition};
 use crate::mesh::{Mesh, TileFaces};
 use crate::pair::Side;
 
-/// Something about a pair that one should know before textures are carried.
+/// Something about a pair that one should know before textures are transferred.
 #[derive(Debug, Clone, PartialEq, Eq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize), serde(rename_all = "kebab-case"))]
 #[non_exhaustive]

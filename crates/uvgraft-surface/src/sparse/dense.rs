@@ -13,7 +13,8 @@ use crate::threads;
 const ROWS: usize = 8;
 /// Columns whose products are in registers at once.
 const COLUMNS: usize = 4;
-/// Columns that are eliminated before the rest is updated.
+/// Columns that are eliminated before the rest is updated. Their panels take 4 KiB each, so that
+/// two stay in the nearest cache.
 const BLOCK: usize = 64;
 
 /// Rows of a block of eliminated columns: panel by panel, then column by column.
@@ -56,6 +57,7 @@ impl Front<'_> {
     /// Eliminates the group's columns; false if a pivot is not positive.
     pub fn eliminate(&mut self, buffers: &mut Buffers) -> bool {
         let level = Level::new();
+        // Block by block: `L₁₁ L₁₁ᵀ = A₁₁`, then `L₂₁ = A₂₁ L₁₁⁻ᵀ`, then `A₂₂ -= L₂₁ L₂₁ᵀ`.
         for begin in (0..self.width).step_by(BLOCK) {
             let end = (begin + BLOCK).min(self.width);
             if !dispatch!(level, simd => self.corner(simd, begin..end, &mut buffers.corner)) {
@@ -132,6 +134,7 @@ impl Front<'_> {
                 *value /= pivot;
             }
             let k = column - block.start;
+            // Each row is then solved by products alone; divisions take several times as long.
             corner[k][k] = 1.0 / pivot;
             for (row, &value) in corner[k + 1..].iter_mut().zip(&values[1..]) {
                 row[k] = value;

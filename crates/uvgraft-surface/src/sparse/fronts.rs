@@ -140,6 +140,7 @@ impl<'a> Worker<'a> {
         }
         let mut rest = self.idle.pop().unwrap_or_default();
         rest.clear();
+        // Not the matrix's own entries: those are added where their columns are eliminated.
         rest.resize(below * below, 0.0);
         for (column, values) in group.columns.clone().zip(own.chunks_exact_mut(height)) {
             let (rows, entries) = self.matrix.column(column as usize);
@@ -199,6 +200,7 @@ pub(super) fn solve<const N: usize>(
         values.chunks_exact(group.height()).enumerate()
     };
     let own = |group: &Group| group.columns.start as usize..group.columns.end as usize;
+    // Forwards, `L y = b`: what a group takes from the rows below is passed on at once.
     for group in &structure.groups {
         below.clear();
         below.resize(group.below.len(), [0.0; N]);
@@ -216,6 +218,7 @@ pub(super) fn solve<const N: usize>(
             }
         }
     }
+    // Backwards, `Lᵀ x = y`: from the root, so that the rows below are known.
     for group in structure.groups.iter().rev() {
         below.clear();
         below.extend(structure.below(group).iter().map(|&row| solution[row as usize]));

@@ -146,6 +146,7 @@ impl SparseCholesky {
         };
         let tree = Tree::new(&permuted(order), Limit::of(rows)).ok_or(Filled)?;
         let permuted_row: Vec<u32> = order.iter().map(|&row| tree.number[row as usize]).collect();
+        // Permuted again: the tree renumbers columns so that those of a group are consecutive.
         let matrix = permuted(&permuted_row);
         let structure = Structure::new(&tree, &matrix);
         let values = if rows > 0 { fronts::factorise(&structure, &matrix) } else { None };

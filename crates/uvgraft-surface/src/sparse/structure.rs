@@ -101,6 +101,7 @@ impl Tree {
     /// - `lower`: the entries on the diagonal and below.
     pub fn new(lower: &Matrix, limit: Limit) -> Option<Self> {
         let (parents, counts) = elimination_tree(lower, limit.values)?;
+        // Eliminating a column multiplies its values with one another.
         let products: f64 = counts.iter().map(|&count| f64::from(count).powi(2)).sum();
         if products > limit.products {
             return None;
@@ -294,7 +295,8 @@ fn groups(parents: &[u32], counts: &[u32]) -> Vec<u32> {
 /// Merges groups with the next one, if that is their parent, where few zeros have to be stored: the
 /// fewer columns, the more.
 fn merged(parents: &[u32], counts: &[u32], firsts: &[u32]) -> Vec<u32> {
-    /// Up to so many columns, this share of zeros.
+    /// Up to so many columns, this share of zeros. These are CHOLMOD's defaults (`nrelax`,
+    /// `zrelax`).
     const ZEROS: [(u64, f64); 4] = [(4, 1.0), (16, 0.8), (48, 0.1), (u64::MAX, 0.05)];
     /// The last groups so far, which later ones may be merged into.
     struct Last {

@@ -1,4 +1,7 @@
 //! CIELAB under D65, so that mean colours are perceptual rather than means of stored values.
+//!
+//! Apart from `uvgraft::color`, by exact constants and with an inverse: what is judged must not be
+//! measured by its own mistakes.
 
 use uvgraft::color::{linear_from_srgb, srgb_from_linear};
 

@@ -24,7 +24,7 @@ pub struct Bench {
     /// Layout of the target.
     layout: LayoutSpots,
     /// `[texels]`, whether the pair's links reach a texel of the target.
-    carried: Vec<bool>,
+    transferred: Vec<bool>,
     areas: Areas,
 }
 
@@ -41,9 +41,9 @@ struct Areas {
 /// size.
 #[derive(Debug, Clone, Copy)]
 pub struct Case<'a> {
-    /// True labels of the carried face, from [`Bench::carry`]; `None` if unknown.
+    /// True labels of the transferred face, from [`Bench::transfer`]; `None` if unknown.
     pub face: Option<&'a Labels>,
-    /// True labels of the body; `None` if it is all skin outside the carried face.
+    /// True labels of the body; `None` if it is all skin outside the transferred face.
     pub body: Option<&'a Labels>,
     /// The body before the transfer.
     pub base: &'a Texture,
@@ -81,15 +81,15 @@ pub struct Figures {
     pub eye: Option<Shift>,
     /// The same for teeth and the inside of the mouth.
     pub mouth: Option<Shift>,
-    /// Cloth outside the carried area, in the result against the body.
+    /// Cloth outside the transferred area, in the result against the body.
     pub cloth: Option<Shift>,
-    /// Skin outside the carried area, in the result against the body: the effect of a tone.
+    /// Skin outside the transferred area, in the result against the body: the effect of a tone.
     pub skin: Option<Shift>,
     /// Hands in the result against the body's hands with the chest's gains applied.
     pub hands: Option<f64>,
     /// The same for feet.
     pub feet: Option<f64>,
-    /// Share of carried skin texels with a channel at its maximum that is below it in the plain
+    /// Share of transferred skin texels with a channel at its maximum that is below it in the plain
     /// paste.
     pub clipped_high: Option<f64>,
     /// The same for channels at 0.
@@ -119,9 +119,9 @@ impl Bench {
     pub fn new(pair: Arc<Pair>, frame: &BodyFrame, size: Size) -> Self {
         let layout = LayoutSpots::new(pair.target(), size);
         let mask = nearest(&pair, size, size).mask();
-        let carried = texels(&mask).map(|[value, ..]| value > 0.5).collect();
+        let transferred = texels(&mask).map(|[value, ..]| value > 0.5).collect();
         let areas = Areas::new(&layout, frame);
-        Self { pair, layout, carried, areas }
+        Self { pair, layout, transferred, areas }
     }
 
     /// Layout of the target.
@@ -129,17 +129,17 @@ impl Bench {
         &self.layout
     }
 
-    /// A face's labels, carried to the target's layout; [`Label::Other`] where nothing is carried.
-    pub fn carry(&self, face: &Labels) -> Labels {
+    /// A face's labels, transferred to the target's layout; [`Label::Other`] where nothing is transferred.
+    pub fn transfer(&self, face: &Labels) -> Labels {
         let size = self.layout.size();
         let graft = nearest(&self.pair, face.size, size);
         let blank = Texture::filled(size, Channels::Grey, Encoding::Data, Depth::U8, &[0.0]);
         let blank = blank.expect("a size that the layout has");
-        let carried = graft.apply(face.texture(), blank).expect("textures of these sizes");
-        let mut labels = Labels::from_texture(&carried);
+        let transferred = graft.apply(face.texture(), blank).expect("textures of these sizes");
+        let mut labels = Labels::from_texture(&transferred);
         // The gutter belongs to no label.
-        for (label, &is_carried) in labels.of_texels.iter_mut().zip(&self.carried) {
-            if !is_carried {
+        for (label, &is_transferred) in labels.of_texels.iter_mut().zip(&self.transferred) {
+            if !is_transferred {
                 *label = Label::Other;
             }
         }
@@ -147,7 +147,7 @@ impl Bench {
     }
 
     /// Measures a result: differences over the texels of one label, away from its edges, between
-    /// the result and the plain paste inside the carried area, and between the result and the body
+    /// the result and the plain paste inside the transferred area, and between the result and the body
     /// outside.
     ///
     /// # Panics
@@ -162,8 +162,9 @@ impl Bench {
             labels.is_none_or(|labels| labels.of_texels[at] == label)
         };
         // Labels come from the face within the region, and from the body outside.
-        let shows_skin =
-            |at: usize| is(if self.carried[at] { case.face } else { case.body }, at, Label::Skin);
+        let shows_skin = |at: usize| {
+            is(if self.transferred[at] { case.face } else { case.body }, at, Label::Skin)
+        };
         let own_skin = |at: usize| is(case.body, at, Label::Skin);
         let contrast = |texture: &[Color], is_skin: &dyn Fn(usize) -> bool| {
             let mean = |area: &[bool]| {
@@ -174,7 +175,7 @@ impl Bench {
         let shift = |a: &[Color], b: &[Color], chosen: &dyn Fn(usize) -> bool| {
             Shift::of((0..count).filter(|&at| chosen(at)).map(|at| delta_e(a[at], b[at])).collect())
         };
-        let carried_shift = |label: Label| {
+        let transferred_shift = |label: Label| {
             // Mouths are only a few texels wide in body layouts.
             let margin = if label == Label::Mouth { 0 } else { MARGIN_PX };
             let inside = case.face?.well_inside(label, margin);
@@ -183,7 +184,7 @@ impl Bench {
         let inside_cloth = case.body.map(|body| body.well_inside(Label::Cloth, MARGIN_PX));
         let clipped = |is_clipped: &dyn Fn(f32) -> bool| {
             let skin: Vec<usize> = (0..count)
-                .filter(|&at| self.carried[at] && is(case.face, at, Label::Skin))
+                .filter(|&at| self.transferred[at] && is(case.face, at, Label::Skin))
                 .collect();
             let lost = skin.iter().filter(|&&at| {
                 (0..3).any(|k| is_clipped(result[at][k]) && !is_clipped(paste[at][k]))
@@ -200,14 +201,15 @@ impl Bench {
         Figures {
             cheek_to_chest: contrast(&result, &shows_skin),
             own_cheek_to_chest: contrast(&base, &own_skin),
-            hair: carried_shift(Label::Hair),
-            brow: carried_shift(Label::Brow),
-            eye: carried_shift(Label::Eye),
-            mouth: carried_shift(Label::Mouth),
-            cloth: inside_cloth
-                .and_then(|inside| shift(&result, &base, &|at| inside[at] && !self.carried[at])),
+            hair: transferred_shift(Label::Hair),
+            brow: transferred_shift(Label::Brow),
+            eye: transferred_shift(Label::Eye),
+            mouth: transferred_shift(Label::Mouth),
+            cloth: inside_cloth.and_then(|inside| {
+                shift(&result, &base, &|at| inside[at] && !self.transferred[at])
+            }),
             skin: shift(&result, &base, &|at| {
-                self.layout.spots()[at].is_some() && !self.carried[at] && own_skin(at)
+                self.layout.spots()[at].is_some() && !self.transferred[at] && own_skin(at)
             }),
             hands: follow(&self.areas.hands),
             feet: follow(&self.areas.feet),
@@ -230,7 +232,8 @@ impl Bench {
     ) -> Option<f64> {
         let mean = |texture: &[Color], area: &[bool]| -> Option<[f64; 3]> {
             let (mut sum, mut count) = ([0.0; 3], 0.0);
-            for at in (0..area.len()).filter(|&at| area[at] && is_skin(at) && !self.carried[at]) {
+            for at in (0..area.len()).filter(|&at| area[at] && is_skin(at) && !self.transferred[at])
+            {
                 let light = texture[at].map(|value| f64::from(color::linear_from_srgb(value)));
                 sum = [0, 1, 2].map(|k| sum[k] + light[k]);
                 count += 1.0;

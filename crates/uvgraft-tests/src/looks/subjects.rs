@@ -24,7 +24,7 @@ pub struct Subject {
     pub texture: Texture,
     /// True labels, if it was painted.
     pub truth: Option<Labels>,
-    /// For faces, the index of the pair that carries them.
+    /// For faces, the index of the pair that transfers them.
     pub pair: usize,
 }
 
@@ -100,7 +100,7 @@ pub fn transfer(
     pair: &Arc<Pair>,
     bench: &Bench,
     face: &Subject,
-    carried: Option<&Labels>,
+    transferred: Option<&Labels>,
     body: &Subject,
     tone: Tone,
 ) -> Outcome {
@@ -122,7 +122,7 @@ pub fn transfer(
     let blend = narrowed.or(graft.blend()).expect("a blend");
     let region = blend.cut().expect("a mesh of that size");
     let figures = bench.measure(&Case {
-        face: carried,
+        face: transferred,
         body: body.truth.as_ref(),
         base: &body.texture,
         paste: &paste,

@@ -21,7 +21,7 @@ const BODY: Size = Size::square(512);
 struct Stage {
     bench: Bench,
     body: Painted,
-    carried: Labels,
+    transferred: Labels,
     paste: Texture,
     region: CutMesh,
 }
@@ -34,19 +34,19 @@ impl Stage {
         let layout = LayoutSpots::new(pair.source(), FACE);
         let face = face.paint(pair.source(), &HeadFrame::FIGURE, &layout);
         let body = body.paint(pair.target(), &frame, bench.layout());
-        let carried = bench.carry(&face.truth);
+        let transferred = bench.transfer(&face.truth);
         let sizes = Sizes { from: FACE, to: BODY };
         let graft = Graft::builder(Arc::clone(&pair), sizes).build().expect("sound sizes");
         let paste = graft.apply(&face.texture, &body.texture).expect("textures of these sizes");
         let linked = BlendDomain::new(pair, Direction::Forward).linked();
         let region = Blend::new(&linked, BlendOptions::default()).expect("a region").cut();
         let region = region.expect("a small mesh");
-        Self { bench, body, carried, paste, region }
+        Self { bench, body, transferred, paste, region }
     }
 
     fn measured(&self, base: &Texture, result: &Texture) -> Figures {
         self.bench.measure(&Case {
-            face: Some(&self.carried),
+            face: Some(&self.transferred),
             body: Some(&self.body.truth),
             base,
             paste: &self.paste,
@@ -138,7 +138,7 @@ fn a_known_gain_is_measured() {
     let stage = Stage::new(&FaceLook::all()[0], &BodyLook::all()[1]);
     let darker = mapped(&stage.paste, |_, color| gained(color, 0.5));
     let figures = stage.measured(&stage.body.texture, &darker);
-    let hair = stage.carried.well_inside(Label::Hair, 2);
+    let hair = stage.transferred.well_inside(Label::Hair, 2);
     let mut wanted: Vec<f64> = (0..BODY.texels())
         .filter(|&at| hair[at])
         .map(|at| {
@@ -168,7 +168,7 @@ fn a_known_gain_is_measured() {
 fn clipped_texels_are_counted() {
     let stage = Stage::new(&FaceLook::new("", SkinTone::MEDIUM), &BodyLook::all()[1]);
     let skin: Vec<usize> =
-        (0..BODY.texels()).filter(|&at| stage.carried.of_texels[at] == Label::Skin).collect();
+        (0..BODY.texels()).filter(|&at| stage.transferred.of_texels[at] == Label::Skin).collect();
     let burnt: std::collections::HashSet<usize> = skin.iter().copied().step_by(4).collect();
     let result =
         mapped(&stage.paste, |at, color| if burnt.contains(&at) { [1.0; 3] } else { color });

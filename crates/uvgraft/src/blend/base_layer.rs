@@ -63,64 +63,79 @@ impl BaseLayer<'_> {
         first_row: u32,
         rows: &mut [T],
     ) {
-        let count = channels.count();
-        let width = self.map.size().width as usize * count;
+        let width = self.map.size().width as usize * channels.count();
         let level = Level::new();
-        let is_per_texel =
-            encoding == Encoding::Linear || self.matrix.is_some() || !channels.has_color();
         for_each_with(rows.chunks_mut(width), Buffers::default, |buffers, index, texels| {
             let row = first_row + index as u32;
-            let Buffers { hidden, gains } = buffers;
-            hidden.clear();
+            buffers.hidden.clear();
             if let Some(composition) = hiding {
-                composition.push_full(row, hidden);
+                composition.push_full(row, &mut buffers.hidden);
             }
-            let mut hidden = hidden.iter().peekable();
-            let lay_span = |gains: &mut RowGains, end: u32, texels: &mut [T]| {
-                let x = end - gains.len() as u32;
-                let texels = &mut texels[x as usize * count..end as usize * count];
-                if count == 3 {
-                    dispatch!(level, simd => self.span::<_, T, 3>(simd, [x, row], gains, texels));
-                } else {
-                    dispatch!(level, simd => self.span::<_, T, 4>(simd, [x, row], gains, texels));
-                }
-                gains.clear();
-            };
-            let mut span_end = 0;
-            for run in self.map.row(row) {
-                let end = run.x + run.len;
-                while hidden.next_if(|hidden| hidden.end < end).is_some() {}
-                if hidden.peek().is_some_and(|hidden| hidden.start <= run.x && end <= hidden.end) {
-                    continue;
-                }
-                if let SkinCriterion::Mask(mask) = self.skin
-                    && mask.is_black([run.x, row], run.len)
-                {
-                    continue;
-                }
-                let of_run = self
-                    .gains
-                    .get(run.patch as usize)
-                    .map_or([Line::ONE; 3], |gains| gains.map(|gain| gain.line(run.x, row)));
-                if is_per_texel {
-                    let part = run.x as usize * count..end as usize * count;
-                    for (k, texel) in (0..).zip(texels[part].chunks_exact_mut(count)) {
-                        let gains = of_run.map(|gain| gain.at(k));
-                        self.texel(channels, encoding, [run.x + k, row], gains, texel);
-                    }
-                    continue;
-                }
-                // Runs are short, so adjacent ones are joined to one span.
-                if run.x != span_end {
-                    lay_span(gains, span_end, texels);
-                }
-                gains.push(&of_run, run.len as usize);
-                span_end = end;
+            self.lay_row(level, channels, encoding, buffers, row, texels);
+        });
+    }
+
+    /// Recolours a row.
+    ///
+    /// - `buffers`: with what is hidden of it.
+    #[inline(always)]
+    fn lay_row<T: Value>(
+        &self,
+        level: Level,
+        channels: Channels,
+        encoding: Encoding,
+        Buffers { hidden, gains }: &mut Buffers,
+        row: u32,
+        texels: &mut [T],
+    ) {
+        let count = channels.count();
+        let is_per_texel =
+            encoding == Encoding::Linear || self.matrix.is_some() || !channels.has_color();
+        let mut hidden = hidden.iter().peekable();
+        let lay_span = |gains: &mut RowGains, end: u32, texels: &mut [T]| {
+            let x = end - gains.len() as u32;
+            let texels = &mut texels[x as usize * count..end as usize * count];
+            if count == 3 {
+                dispatch!(level, simd => self.span::<_, T, 3>(simd, [x, row], gains, texels));
+            } else {
+                dispatch!(level, simd => self.span::<_, T, 4>(simd, [x, row], gains, texels));
             }
-            if !is_per_texel {
+            gains.clear();
+        };
+        let mut span_end = 0;
+        for run in self.map.row(row) {
+            let end = run.x + run.len;
+            while hidden.next_if(|hidden| hidden.end < end).is_some() {}
+            if hidden.peek().is_some_and(|hidden| hidden.start <= run.x && end <= hidden.end) {
+                continue;
+            }
+            if let SkinCriterion::Mask(mask) = self.skin
+                && mask.is_black([run.x, row], run.len)
+            {
+                continue;
+            }
+            let of_run = self
+                .gains
+                .get(run.patch as usize)
+                .map_or([Line::ONE; 3], |gains| gains.map(|gain| gain.line(run.x, row)));
+            if is_per_texel {
+                let part = run.x as usize * count..end as usize * count;
+                for (k, texel) in (0..).zip(texels[part].chunks_exact_mut(count)) {
+                    let gains = of_run.map(|gain| gain.at(k));
+                    self.texel(channels, encoding, [run.x + k, row], gains, texel);
+                }
+                continue;
+            }
+            // Runs are short, so adjacent ones are joined to one span.
+            if run.x != span_end {
                 lay_span(gains, span_end, texels);
             }
-        });
+            gains.push(&of_run, run.len as usize);
+            span_end = end;
+        }
+        if !is_per_texel {
+            lay_span(gains, span_end, texels);
+        }
     }
 
     /// Vectorised [`BaseLayer::texel`] for sRGB colours without a matrix.

@@ -100,6 +100,7 @@ impl Blend {
                     rim.points.iter().zip(given).map(|(&point, &log)| (point as usize, log));
                 let beyond =
                     extended.into_iter().enumerate().filter_map(|(point, log)| Some((point, log?)));
+                // The extension has no value at the rim, which is given.
                 for (point, log) in beyond.chain(on_rim) {
                     let share = self.near_rim(point);
                     for (sum, log) in logs[point].iter_mut().zip(log) {

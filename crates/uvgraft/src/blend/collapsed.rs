@@ -10,6 +10,7 @@ use uvgraft_surface::anatomy::Area;
 use uvgraft_surface::mesh::doubled_area;
 use uvgraft_surface::piece::wide;
 use uvgraft_surface::raster::corners_px;
+use uvgraft_surface::surface::Surface;
 use uvgraft_surface::threads::for_each_chunk;
 
 use super::controls::VALUES;
@@ -19,9 +20,10 @@ use crate::map::SamplingMap;
 use crate::sampler::Sampler;
 use crate::texture::{Channels, Size, Texture, Value};
 
-/// Least anisotropy, as of [`anisotropy`], of the triangles that a part starts from.
+/// Least anisotropy, as of [`anisotropy`], of the triangles that a part starts from. Origin not
+/// recorded.
 const SEED_RATIO: f64 = 64.0;
-/// Least anisotropy of the triangles that it grows over.
+/// Least anisotropy of the triangles that it grows over. Origin not recorded.
 const GROWTH_RATIO: f64 = 8.0;
 /// Parts below this fraction of all texels are left alone: shards of a few texels are invisible.
 const MIN_SHARE: f64 = 5e-4;
@@ -66,79 +68,12 @@ impl Collapsed {
     /// encloses. Its points then form a graph, with colour samples at the points where it
     /// meets the rest of the surface.
     pub fn new(domain: &BlendDomain, map: &Arc<SamplingMap>, source: Size) -> Option<Self> {
-        let anatomy = domain.anatomy()?;
-        let surface = domain.surface();
-        let triangles = surface.triangles();
-        let areas = [Area::MouthInterior, Area::Lips].map(|area| anatomy.area(area));
-        // Behind the ears there are such triangles too, with real detail between them.
-        let of_mouth = |face: usize| {
-            let corners = domain.mesh().faces()[face].map(|vertex| vertex as usize);
-            corners.iter().map(|&vertex| areas[0][vertex].max(areas[1][vertex])).sum::<f32>() / 3.0
-        };
-        let anisotropy_of = |face: usize| {
-            if of_mouth(face) > 0.0 { anisotropy(domain, face, map.size(), source) } else { 1.0 }
-        };
-        let anisotropy: Vec<f64> = (0..triangles.len()).map(anisotropy_of).collect();
-        let mut faces = vec![false; triangles.len()];
-        let mut is_known = faces.clone();
-        for first in 0..triangles.len() {
-            let begins = anisotropy[first] >= SEED_RATIO && of_mouth(first) >= 0.5;
-            if !begins || std::mem::replace(&mut is_known[first], true) {
-                continue;
-            }
-            let (mut part, mut next) = (vec![first as u32], 0);
-            while let Some(&face) = part.get(next) {
-                next += 1;
-                for &other in triangles[face as usize].iter().flat_map(|&at| surface.around(at)) {
-                    if anisotropy[other as usize] >= GROWTH_RATIO
-                        && !std::mem::replace(&mut is_known[other as usize], true)
-                    {
-                        part.push(other);
-                    }
-                }
-            }
-            let area =
-                |face: u32| doubled_area(corners_px(domain.mesh(), face as usize, map.size()));
-            let texels = 0.5 * part.iter().map(|&face| area(face).abs()).sum::<f64>();
-            if texels >= MIN_SHARE * map.size().texels() as f64 {
-                part.into_iter().for_each(|face| faces[face as usize] = true);
-            }
-        }
+        let mut faces = shards(domain, map.size(), source)?;
         if !faces.contains(&true) {
             return None;
         }
-        // Enclosed triangles belong to the part too: one whose points are collinear by chance
-        // still lies between shards.
-        let mut is_of_part = vec![false; surface.positions().len()];
-        for face in (0..triangles.len()).filter(|&face| faces[face]) {
-            triangles[face].iter().for_each(|&point| is_of_part[point as usize] = true);
-        }
-        for (face, corners) in faces.iter_mut().zip(triangles) {
-            *face |= corners.iter().all(|&point| is_of_part[point as usize]);
-        }
-        let mut indices = vec![u32::MAX; surface.positions().len()];
-        let mut points: Vec<Point> = Vec::new();
-        let mut corners = vec![[0; 3]; triangles.len()];
-        let read = domain.pair().from(domain.direction());
-        for face in (0..triangles.len()).filter(|&face| faces[face]) {
-            corners[face] = triangles[face].map(|point| {
-                let index = &mut indices[point as usize];
-                if *index == u32::MAX {
-                    *index = points.len() as u32;
-                    let beyond =
-                        surface.around(point).iter().filter(|&&face| !faces[face as usize]);
-                    let pieces = beyond.flat_map(|&face| domain.pieces().of_face(face as usize));
-                    let around = pieces.map(|&piece| domain.centroid(piece, read)).collect();
-                    points.push(Point { around, adjacent: Vec::new() });
-                }
-                *index
-            });
-            let [a, b, c] = corners[face];
-            for (from, to) in [(a, b), (b, c), (c, a)] {
-                points[from as usize].adjacent.push(to);
-                points[to as usize].adjacent.push(from);
-            }
-        }
+        enclose(domain.surface(), &mut faces);
+        let (points, corners) = graph(domain, &faces);
         Some(Self { map: Arc::clone(map), faces, points, corners })
     }
 
@@ -188,6 +123,91 @@ impl Collapsed {
         });
         Smooth { of: Arc::clone(self), slopes: slopes.collect() }
     }
+}
+
+/// For each triangle, whether it belongs to a part that grew from a seed and is large enough; `None`
+/// without an anatomy.
+fn shards(domain: &BlendDomain, size: Size, source: Size) -> Option<Vec<bool>> {
+    let anatomy = domain.anatomy()?;
+    let surface = domain.surface();
+    let triangles = surface.triangles();
+    let areas = [Area::MouthInterior, Area::Lips].map(|area| anatomy.area(area));
+    // Behind the ears there are such triangles too, with real detail between them.
+    let of_mouth = |face: usize| {
+        let corners = domain.mesh().faces()[face].map(|vertex| vertex as usize);
+        corners.iter().map(|&vertex| areas[0][vertex].max(areas[1][vertex])).sum::<f32>() / 3.0
+    };
+    let anisotropy_of = |face: usize| {
+        if of_mouth(face) > 0.0 { anisotropy(domain, face, size, source) } else { 1.0 }
+    };
+    let anisotropy: Vec<f64> = (0..triangles.len()).map(anisotropy_of).collect();
+    let mut faces = vec![false; triangles.len()];
+    let mut is_known = faces.clone();
+    for first in 0..triangles.len() {
+        let begins = anisotropy[first] >= SEED_RATIO && of_mouth(first) >= 0.5;
+        if !begins || std::mem::replace(&mut is_known[first], true) {
+            continue;
+        }
+        let (mut part, mut next) = (vec![first as u32], 0);
+        while let Some(&face) = part.get(next) {
+            next += 1;
+            for &other in triangles[face as usize].iter().flat_map(|&at| surface.around(at)) {
+                if anisotropy[other as usize] >= GROWTH_RATIO
+                    && !std::mem::replace(&mut is_known[other as usize], true)
+                {
+                    part.push(other);
+                }
+            }
+        }
+        let area = |face: u32| doubled_area(corners_px(domain.mesh(), face as usize, size));
+        let texels = 0.5 * part.iter().map(|&face| area(face).abs()).sum::<f64>();
+        if texels >= MIN_SHARE * size.texels() as f64 {
+            part.into_iter().for_each(|face| faces[face as usize] = true);
+        }
+    }
+    Some(faces)
+}
+
+/// Adds enclosed triangles to the parts: one whose points are collinear by chance still lies between
+/// shards.
+fn enclose(surface: &Surface, faces: &mut [bool]) {
+    let triangles = surface.triangles();
+    let mut is_of_part = vec![false; surface.positions().len()];
+    for face in (0..triangles.len()).filter(|&face| faces[face]) {
+        triangles[face].iter().for_each(|&point| is_of_part[point as usize] = true);
+    }
+    for (face, corners) in faces.iter_mut().zip(triangles) {
+        *face |= corners.iter().all(|&point| is_of_part[point as usize]);
+    }
+}
+
+/// The points of the parts, and those of each triangle that belongs to one.
+fn graph(domain: &BlendDomain, faces: &[bool]) -> (Vec<Point>, Vec<[u32; 3]>) {
+    let surface = domain.surface();
+    let triangles = surface.triangles();
+    let mut indices = vec![u32::MAX; surface.positions().len()];
+    let mut points: Vec<Point> = Vec::new();
+    let mut corners = vec![[0; 3]; triangles.len()];
+    let read = domain.pair().from(domain.direction());
+    for face in (0..triangles.len()).filter(|&face| faces[face]) {
+        corners[face] = triangles[face].map(|point| {
+            let index = &mut indices[point as usize];
+            if *index == u32::MAX {
+                *index = points.len() as u32;
+                let beyond = surface.around(point).iter().filter(|&&face| !faces[face as usize]);
+                let pieces = beyond.flat_map(|&face| domain.pieces().of_face(face as usize));
+                let around = pieces.map(|&piece| domain.centroid(piece, read)).collect();
+                points.push(Point { around, adjacent: Vec::new() });
+            }
+            *index
+        });
+        let [a, b, c] = corners[face];
+        for (from, to) in [(a, b), (b, c), (c, a)] {
+            points[from as usize].adjacent.push(to);
+            points[to as usize].adjacent.push(from);
+        }
+    }
+    (points, corners)
 }
 
 impl Smooth {

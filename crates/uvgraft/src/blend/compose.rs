@@ -114,6 +114,7 @@ impl Composition<'_> {
             for run in self.map.row(row) {
                 let columns = run.x as usize..(run.x + run.len) as usize;
                 let change = self.change_of(run, row);
+                // Spans know no alpha, normals, matrices or linear light, and no step within a run.
                 let is_per_texel = ALPHA
                     || self.normals
                     || self.matrix.is_some()
@@ -144,9 +145,9 @@ impl Composition<'_> {
                 for (k, (texel, layer)) in (0..).zip(texels) {
                     let is_whole = change.reach == Reach::Wholly;
                     let weight = if is_whole { 1.0 } else { self.weight(change.inside.at(k)) };
-                    let [tone, carried] = controls::at(controls, k as usize);
+                    let [tone, share] = controls::at(controls, k as usize);
                     let change = Change { gains: change.gains.map(|gain| gain.at(k)), tone };
-                    self.texel::<T, C, ALPHA>(layer, weight * carried, &change, texel);
+                    self.texel::<T, C, ALPHA>(layer, weight * share, &change, texel);
                 }
             }
             lay_span(span, texels);
@@ -418,10 +419,10 @@ mod tests {
                         let (k, at) = (k as u32, at as usize);
                         let layer = &layer[at * C..][..C];
                         let weight = composition.weight(inside.at(k));
-                        let [tone, carried] = controls::at(&controls, at);
+                        let [tone, share] = controls::at(&controls, at);
                         let change = Change { gains: gains.map(|gain| gain.at(k)), tone };
                         let texel = &mut wanted[at * C..][..C];
-                        composition.texel::<T, C, false>(layer, weight * carried, &change, texel);
+                        composition.texel::<T, C, false>(layer, weight * share, &change, texel);
                     }
                 }
                 for level in [Level::new(), Level::baseline()] {

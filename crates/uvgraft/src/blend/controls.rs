@@ -66,7 +66,7 @@ impl Controls {
 #[inline(always)]
 pub(super) fn at(controls: &[u8], texel: usize) -> [f32; 2] {
     match controls.get(texel * VALUES..texel * VALUES + VALUES) {
-        Some(&[tone, carried]) => as_shares([tone, carried]),
+        Some(&[tone, share]) => as_shares([tone, share]),
         _ => [1.0, 1.0],
     }
 }

@@ -37,6 +37,7 @@ impl Harmonic {
         for (&point, index) in fixed.iter().zip(0..) {
             given_of_point[point as usize] = index;
         }
+        // Rows that no given value reaches would make the matrix singular.
         let row_of_point = reachable(surface, faces, fixed, &given_of_point);
         let free = row_of_point.iter().filter(|&&row| row != NONE).count();
         let mut diagonal = vec![0.0; free];

@@ -9,7 +9,7 @@ use super::{Blend, BlendOptions, RegionError, Tone, ToneCorrection, ToneError};
 impl Blend {
     /// The same blend for a domain whose target has the same surface in another layout, such as
     /// that of an [`SourceLayout`](uvgraft_surface::SourceLayout). Its bases must have had their tone changed
-    /// already: tones are computed with the original blend and carried over by
+    /// already: tones are computed with the original blend and transferred by
     /// [`ToneCorrection::with_layout`].
     ///
     /// # Errors

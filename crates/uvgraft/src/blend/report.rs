@@ -20,11 +20,14 @@ pub struct ToneReport {
     pub boundary_only: Option<LabelError>,
 }
 
-/// Cheeks whose lightness changes by more than this belong to another person, L* of CIELAB.
+/// Cheeks whose lightness changes by more than this belong to another person, L* of CIELAB. Origin
+/// not recorded.
 const MAX_LIGHTNESS: f64 = 25.0;
-/// Greatest fraction of the skin that may clip.
+/// Greatest fraction of the skin that may clip. The bench of looks demands the same of all its
+/// results.
 const MAX_CLIPPED: f64 = 0.01;
 /// A boundary that differs by more than this, ΔE 2000, is hardly the skin that the cheeks show.
+/// Origin not recorded.
 const MAX_BOUNDARY_DELTA_E: f64 = 20.0;
 
 impl ToneReport {

@@ -6,6 +6,7 @@ use std::ops::Range;
 
 use glam::DVec3;
 use uvgraft_surface::piece::{mixed, wide};
+use uvgraft_surface::statistics::{median, median_color};
 use uvgraft_surface::surface::Surface;
 use uvgraft_surface::threads::map_indices;
 
@@ -268,9 +269,10 @@ impl Rim {
         let has_trusted = trust.iter().filter(|&&trust| trust > 0.5).count() * 4 >= trust.len();
         let trust = if has_trusted { trust } else { vec![1.0; trust.len()] };
         let trusted = measured.iter().zip(&trust).filter(|(_, trust)| **trust > 0.5);
-        let overall = medians(trusted.filter_map(|(measured, _)| measured.as_ref()))?;
-        let far: Vec<f64> = measured.iter().flatten().map(|&d| dist(d, overall)).collect();
-        let spread = (1.4826 * median(far)).max(MIN_SPREAD);
+        let overall = median_color(trusted.filter_map(|(measured, _)| *measured))?;
+        let far = measured.iter().flatten().map(|&d| dist(d, overall));
+        // 1.4826 median deviations are one standard deviation of a normal distribution.
+        let spread = (1.4826 * median(far).unwrap_or(0.0)).max(MIN_SPREAD);
         // Outlier weights: brows, hair and collars are unlike the rest.
         let likeness: Vec<f64> = measured
             .iter()
@@ -322,8 +324,8 @@ fn typical(
     };
     let mut center = mean(&|_| 1.0);
     for _ in 0..6 {
-        let far = near.iter().map(|&(value, _)| dist(value, center)).collect();
-        let spread = (1.4826 * median(far)).max(MIN_SPREAD);
+        let far = near.iter().map(|&(value, _)| dist(value, center));
+        let spread = (1.4826 * median(far).unwrap_or(0.0)).max(MIN_SPREAD);
         center = mean(&|value| 1.0 / (1.0 + (dist(value, center) / spread).powi(2)));
     }
     center
@@ -332,19 +334,6 @@ fn typical(
 /// The Euclidean distance.
 fn dist(a: [f64; 3], b: [f64; 3]) -> f64 {
     DVec3::from(a).distance(b.into())
-}
-
-/// The median of each channel; `None` if there are no values.
-fn medians<'a>(values: impl Iterator<Item = &'a [f64; 3]>) -> Option<[f64; 3]> {
-    let values: Vec<&[f64; 3]> = values.collect();
-    values.first()?;
-    Some([0, 1, 2].map(|k| median(values.iter().map(|value| value[k]).collect())))
-}
-
-/// The upper median; 0 if there are no values.
-fn median(mut values: Vec<f64>) -> f64 {
-    let half = values.len() / 2;
-    if values.is_empty() { 0.0 } else { *values.select_nth_unstable_by(half, f64::total_cmp).1 }
 }
 
 /// For each boundary point, its neighbours along boundary edges with the lengths of those edges.

@@ -54,7 +54,8 @@ struct Inner {
     body: OnceLock<Option<BodyLayout>>,
 }
 
-/// A part of the target's surface, on a [`BlendDomain`].
+/// A part of the target's surface, on a [`BlendDomain`]: independent of the sizes of textures, unlike
+/// sets of texels such as a metric's mask.
 #[derive(Debug, Clone)]
 pub struct Selection {
     domain: BlendDomain,
@@ -161,12 +162,12 @@ impl BlendDomain {
     fn try_head(&self) -> &Result<HeadLayout, LabelError> {
         let find = || {
             let mesh = self.pair().from(self.direction());
-            let mut is_carried = vec![false; mesh.faces().len()];
+            let mut is_transferred = vec![false; mesh.faces().len()];
             for piece in self.pieces().all() {
-                is_carried[piece.from as usize] = true;
+                is_transferred[piece.from as usize] = true;
             }
-            let head = HeadLayout::new(mesh, &is_carried)?;
-            if head.has_cheeks(mesh, &is_carried) { Ok(head) } else { Err(LabelError::Cheeks) }
+            let head = HeadLayout::new(mesh, &is_transferred)?;
+            if head.has_cheeks(mesh, &is_transferred) { Ok(head) } else { Err(LabelError::Cheeks) }
         };
         cached(&self.0.head, find)
     }

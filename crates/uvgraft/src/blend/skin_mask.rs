@@ -63,6 +63,8 @@ impl SkinMask {
 
     /// The skin weights of consecutive texels in a row, 0 to 1.
     ///
+    /// [`bilinear`](crate::sampler::bilinear) for whole rows: a mask is read for every texel of a transfer.
+    ///
     /// - `[x, y]`: column and row of the first.
     /// - `weights`: output for at most [`STRETCH`] texels.
     #[inline(always)]

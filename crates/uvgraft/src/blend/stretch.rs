@@ -188,9 +188,9 @@ fn lay<S: Simd, T: Value, const C: usize, const TONED: bool>(
         if let Some(controls) = controls.get(first * VALUES..) {
             let of_texels = controls.chunks_exact(VALUES).zip(tones.iter_mut().zip(&mut weights));
             for (values, (tone, weight)) in of_texels.take(count) {
-                let [of_tone, carried] = controls::as_shares([values[0], values[1]]);
+                let [of_tone, share] = controls::as_shares([values[0], values[1]]);
                 *tone = of_tone;
-                *weight *= carried;
+                *weight *= share;
             }
         }
         let lanes = lanes(count);

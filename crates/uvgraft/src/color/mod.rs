@@ -5,7 +5,7 @@ mod lab;
 
 pub use self::delta_e::delta_e;
 pub(crate) use self::lab::LabTables;
-pub use self::lab::lab;
+pub use self::lab::{lab, lab_distance};
 
 /// How a texture's values are encoded, which decides whether they may be colour-converted.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
@@ -37,6 +37,18 @@ pub fn linear_from_srgb(value: f32) -> f32 {
         ((magnitude + 0.055) / 1.055).powf(2.4)
     };
     linear.copysign(value)
+}
+
+/// Rec. 709 luma: the brightness of a colour as it is stored, with the sRGB transfer function, from 0.0 for
+/// black to 1.0 for white. Unlike [`luminance`], it says how light a colour looks rather than how much
+/// light there is.
+pub fn luma([r, g, b]: [f32; 3]) -> f32 {
+    0.2126 * r + 0.7152 * g + 0.0722 * b
+}
+
+/// Relative luminance: the brightness of linear light in the primaries of sRGB, 1.0 for white.
+pub fn luminance([r, g, b]: [f64; 3]) -> f64 {
+    0.2126 * r + 0.7152 * g + 0.0722 * b
 }
 
 /// sRGB value from linear light; the inverse of [`linear_from_srgb`].

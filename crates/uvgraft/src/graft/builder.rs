@@ -93,7 +93,7 @@ impl GraftBuilder {
         Self { content, ..self }
     }
 
-    /// Part of the target's surface that is carried (default: everything linked). With a region or
+    /// Part of the target's surface that is transferred (default: everything linked). With a region or
     /// a blend that means the triangles that pieces fill: [`BlendDomain::linked`].
     pub fn region(self, region: Selection) -> Self {
         Self { region: Some(region), ..self }

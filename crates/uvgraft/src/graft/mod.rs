@@ -1,4 +1,4 @@
-//! A prepared transfer: everything that carries textures does so through a [`Graft`].
+//! A prepared transfer: everything that transfers textures does so through a [`Graft`].
 
 mod builder;
 mod error;
@@ -322,7 +322,7 @@ impl Graft {
         })
     }
 
-    /// The texels that are carried, as an 8-bit grey texture: white where pieces own them, grey
+    /// The texels that are transferred, as an 8-bit grey texture: white where pieces own them, grey
     /// where the base shows through a feather, black elsewhere, including the gutter.
     pub fn mask(&self) -> Texture {
         match &self.blend {

@@ -1,10 +1,11 @@
 //! Colour evidence: deviation of a texture's colours from the skin of cheeks and nose.
 
+use uvgraft_surface::statistics::order_statistic;
 use uvgraft_surface::threads::map_indices;
 
 use super::geodesic::Steps;
 use super::head::HeadLayout;
-use crate::color::LabTables;
+use crate::color::{LabTables, lab_distance};
 use crate::layout_grid::{GridColors, LayoutGrid, NONE};
 use crate::skin::{SkinError, SkinModel};
 
@@ -58,6 +59,7 @@ impl Evidence {
         seeds.extend(nose.iter().step_by((nose.len() / most.max(1)).max(1)).take(most));
         let skin = SkinModel::new(&seeds, &[])?;
         let deviations = skin.deviations();
+        // Texels outside the islands are compared once, for all.
         let of_none = deviations([0.0; 3]);
         let deviation = map_indices(colors.rgb.len(), |texel| {
             if grid.faces()[texel] == NONE { of_none } else { deviations(colors.rgb[texel]) }
@@ -130,24 +132,14 @@ fn steps(head: &HeadLayout, colors: &GridColors) -> Steps {
     });
     let mut steps = Steps { lab, noise: 0.0 };
     let cheeks = (0..plain.len() as u32).filter(|&texel| head.areas.cheeks[texel as usize] >= 0.5);
-    let mut changes: Vec<f32> = cheeks
+    let changes = cheeks
         .flat_map(|texel| grid.neighbours(texel).map(move |near| (texel, near)))
         .filter(|&(texel, near)| texel < near)
-        .map(|(texel, near)| distance(steps.lab[texel as usize], steps.lab[near as usize]))
-        .filter(|change| change.is_finite())
-        .collect();
-    let most = changes.len() * 9 / 10;
-    let noise = if changes.is_empty() {
-        0.0
-    } else {
-        *changes.select_nth_unstable_by(most, f32::total_cmp).1
-    };
+        .map(|(texel, near)| lab_distance(steps.lab[texel as usize], steps.lab[near as usize]))
+        .filter(|change| change.is_finite());
+    let noise = order_statistic(changes, |count| count * 9 / 10).unwrap_or(0.0);
     steps.noise = (1.2 * noise).clamp(0.6, 4.0);
     steps
-}
-
-fn distance(a: [f32; 3], b: [f32; 3]) -> f32 {
-    (0..3).map(|k| (a[k] - b[k]).powi(2)).sum::<f32>().sqrt()
 }
 
 /// A smooth local mean of a value that only some texels have, defined everywhere.

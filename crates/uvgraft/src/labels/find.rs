@@ -4,6 +4,7 @@
 //! match too. Lips, eyes and brows follow from anatomy and colour.
 
 use uvgraft_surface::easing::smoothstep;
+use uvgraft_surface::statistics::median;
 use uvgraft_surface::threads::map_indices;
 
 use super::evidence::Evidence;
@@ -132,6 +133,7 @@ impl<'a> Finder<'a> {
                 (is_near || areas.ears[texel as usize] >= 0.5) && is_alike(texel)
             })
             .collect();
+        // No beard cuts anything off: distances would hardly change.
         if seeds.iter().all(|&texel| step[texel as usize] < 1.0) {
             return;
         }
@@ -221,6 +223,7 @@ impl<'a> Finder<'a> {
             return;
         }
         let steps = &self.evidence.steps;
+        // Paths keep off skin: through the face, cloth would be near the hair as well.
         let from_hair =
             steps.distances(&self.head.grid, seeds.into_iter(), |texel| step[texel as usize] > 0.5);
         for texel in 0..found.len() {
@@ -256,6 +259,7 @@ impl<'a> Finder<'a> {
         let near = self.widened(&found, 2);
         let darkness = self.darkness_of_hair(&found);
         let share = |texel: usize| match darkness {
+            // Hair as light as skin does not mix by light: there the evidence itself is the share.
             Some(dark) => hair_share(light[texel], dark) * (1.0 - cloth[texel]),
             None => unlike[texel],
         };
@@ -265,14 +269,8 @@ impl<'a> Finder<'a> {
     /// The lightness of hair relative to skin; `None` for hair that is not clearly darker.
     fn darkness_of_hair(&self, found: &[bool]) -> Option<f32> {
         let is_hair = |texel: &usize| found[*texel] && self.head.areas.scalp[*texel] >= 0.5;
-        let mut light: Vec<f32> =
-            (0..found.len()).filter(is_hair).map(|texel| self.evidence.light[texel]).collect();
-        if light.is_empty() {
-            return None;
-        }
-        let half = light.len() / 2;
-        let median = *light.select_nth_unstable_by(half, f32::total_cmp).1;
-        (median < -0.6).then(|| median.exp())
+        let light = (0..found.len()).filter(is_hair).map(|texel| self.evidence.light[texel]);
+        median(light).filter(|&light| light < -0.6).map(f32::exp)
     }
 
     /// Adds beards: regions on jaw, cheeks and neck that are darker or paler than skin and

@@ -46,17 +46,17 @@ const SIDES: [f64; 2] = [384.0, 1024.0];
 impl HeadLayout {
     /// Finds the head and rasterises the layout.
     ///
-    /// - `is_carried`: `[faces]`, the triangles whose texels are transferred.
+    /// - `is_transferred`: `[faces]`, the triangles whose texels are transferred.
     ///
     /// # Errors
     /// [`AnatomyError`] if the mesh has no head.
-    pub fn new(mesh: &Mesh, is_carried: &[bool]) -> Result<Self, AnatomyError> {
-        Ok(Self::with_anatomy(mesh, Anatomy::find(mesh)?, is_carried))
+    pub fn new(mesh: &Mesh, is_transferred: &[bool]) -> Result<Self, AnatomyError> {
+        Ok(Self::with_anatomy(mesh, Anatomy::find(mesh)?, is_transferred))
     }
 
     /// As [`HeadLayout::new`], for a mesh whose head has been found.
-    pub fn with_anatomy(mesh: &Mesh, anatomy: Anatomy, is_carried: &[bool]) -> Self {
-        let side = grid_side(mesh, is_carried);
+    pub fn with_anatomy(mesh: &Mesh, anatomy: Anatomy, is_transferred: &[bool]) -> Self {
+        let side = grid_side(mesh, is_transferred);
         let grid = LayoutGrid::new(mesh, Size::square(side));
         let at = |area: Area| grid.at_texels(mesh, anatomy.area(area));
         let areas = Areas {
@@ -73,7 +73,7 @@ impl HeadLayout {
             scalp: at(Area::Scalp),
             neck: at(Area::Neck),
         };
-        let rim = rim(&grid, &areas, is_carried);
+        let rim = rim(&grid, &areas, is_transferred);
         let frame = anatomy.frame();
         let height =
             mesh.positions().iter().map(|position| frame.local(position.map(f64::from))[1]);
@@ -82,14 +82,14 @@ impl HeadLayout {
         let nape = on_scalp.filter(|(scalp, _)| **scalp >= 0.5).map(|(_, height)| *height);
         let nape = nape.fold(f32::INFINITY, f32::min);
         let above_nape = grid.at_texels(mesh, &height).into_iter().map(|at| at - nape).collect();
-        let texels_per_eyes = texels_per_unit(mesh, &grid, is_carried) * frame.unit;
+        let texels_per_eyes = texels_per_unit(mesh, &grid, is_transferred) * frame.unit;
         Self { anatomy, grid, areas, above_nape, texels_per_eyes, rim }
     }
 
     /// Whether the cheeks are transferred. They aren't if, for example, only a body's hands are.
-    pub fn has_cheeks(&self, mesh: &Mesh, is_carried: &[bool]) -> bool {
+    pub fn has_cheeks(&self, mesh: &Mesh, is_transferred: &[bool]) -> bool {
         let cheeks = self.anatomy.area(Area::Cheeks);
-        let mut faces = mesh.faces().iter().zip(is_carried).filter(|(_, is)| **is);
+        let mut faces = mesh.faces().iter().zip(is_transferred).filter(|(_, is)| **is);
         faces.any(|(corners, _)| corners.iter().all(|&vertex| cheeks[vertex as usize] >= 0.5))
     }
 
@@ -101,34 +101,37 @@ impl HeadLayout {
 }
 
 /// Texels per unit of the mesh, averaged over the transferred part.
-fn texels_per_unit(mesh: &Mesh, grid: &LayoutGrid, is_carried: &[bool]) -> f64 {
-    let is_in = |&&face: &&u32| is_carried.get(face as usize).is_some_and(|&is| is);
+fn texels_per_unit(mesh: &Mesh, grid: &LayoutGrid, is_transferred: &[bool]) -> f64 {
+    let is_in = |&&face: &&u32| is_transferred.get(face as usize).is_some_and(|&is| is);
     let texels = grid.faces().iter().filter(is_in).count();
     let area = |face: usize| {
         let [a, b, c] = mesh.faces()[face]
             .map(|vertex| Vec3::from(mesh.positions()[vertex as usize]).as_dvec3());
         0.5 * (b - a).cross(c - a).length()
     };
-    let faces = (0..is_carried.len()).filter(|&face| is_carried[face] && !mesh.is_outside(face));
+    let faces =
+        (0..is_transferred.len()).filter(|&face| is_transferred[face] && !mesh.is_outside(face));
     (texels as f64 / faces.map(area).sum::<f64>().max(f64::MIN_POSITIVE)).sqrt()
 }
 
-fn grid_side(mesh: &Mesh, is_carried: &[bool]) -> u32 {
-    let faces = (0..is_carried.len()).filter(|&face| is_carried[face] && !mesh.is_outside(face));
+fn grid_side(mesh: &Mesh, is_transferred: &[bool]) -> u32 {
+    let faces =
+        (0..is_transferred.len()).filter(|&face| is_transferred[face] && !mesh.is_outside(face));
     let area = |face: usize| {
         let [a, b, c] = mesh.uv_triangle(face).map(|uv| uv.map(f64::from));
         0.5 * ((b[0] - a[0]) * (c[1] - a[1]) - (b[1] - a[1]) * (c[0] - a[0])).abs()
     };
+    // A face gets as many texels in a body's layout, where it is small, as in its own.
     let share: f64 = faces.map(area).sum::<f64>().clamp(1e-3, 1.0);
     (TEXELS / share).sqrt().clamp(SIDES[0], SIDES[1]).round() as u32
 }
 
 /// The texels at the neck next to triangles that are not transferred, or to the mesh's open
 /// boundary.
-fn rim(grid: &LayoutGrid, areas: &Areas, is_carried: &[bool]) -> Vec<u32> {
+fn rim(grid: &LayoutGrid, areas: &Areas, is_transferred: &[bool]) -> Vec<u32> {
     let is_in = |texel: u32| {
         let face = grid.faces()[texel as usize] as usize;
-        is_carried.get(face).is_some_and(|&is| is)
+        is_transferred.get(face).is_some_and(|&is| is)
     };
     let is_rim = |&texel: &u32| {
         if !is_in(texel) || areas.neck[texel as usize] < 0.05 {

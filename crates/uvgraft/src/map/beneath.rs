@@ -7,7 +7,7 @@ use uvgraft_surface::pair::Pair;
 use uvgraft_surface::threads::map_indices_with;
 
 use super::precedence::Precedence;
-use super::rows::{BLOCK_ROWS, Draft, Rows};
+use super::rows::{BLOCK_ROWS, Draft, RowLists};
 use super::{MapOptions, MapStats, Run, SamplingMap, build};
 
 impl SamplingMap {
@@ -59,7 +59,7 @@ impl SamplingMap {
             stats.gutter += part.gutter;
         }
         stats.covered = stats.linked;
-        last.runs = Rows::new(parts.into_iter().map(|(block, _)| block).collect());
+        last.runs = RowLists::new(parts.into_iter().map(|(block, _)| block).collect());
         last.stats = stats;
         (stats.linked + stats.gutter > 0).then_some(last)
     }

@@ -8,7 +8,7 @@ use super::coverage::{LayoutTriangles, Span, Sweep};
 use super::cut::{FacePatch, FacePatches};
 use super::gutter::{Border, Winners};
 use super::gutter_rows::{GutterRows, merge};
-use super::rows::{Block, Draft, Rows};
+use super::rows::{Block, Draft, RowLists};
 use super::{Affine, MapStats, Patch, Precedence, Run, SamplingMap, has_area, sides};
 use crate::texture::Size;
 
@@ -78,7 +78,7 @@ pub(super) fn build(
         stats.covered += part.stats.covered;
         stats.overlapping += part.stats.overlapping;
     }
-    let runs = Rows::new(parts.into_iter().map(|part| part.runs).collect());
+    let runs = RowLists::new(parts.into_iter().map(|part| part.runs).collect());
     SamplingMap { size, direction, runs, patches, gutter_patches, stats }
 }
 

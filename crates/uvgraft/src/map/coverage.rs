@@ -8,7 +8,7 @@ use uvgraft_surface::raster::{ScanTriangle, in_texels};
 use uvgraft_surface::threads::{map_indices, map_indices_with};
 
 use super::precedence::Precedence;
-use super::rows::{BLOCK_ROWS, Draft, RowBlocks, Rows};
+use super::rows::{BLOCK_ROWS, Draft, RowBlocks, RowLists};
 use crate::texture::{Size, Texture};
 
 /// The owner of every texel that a layout covers, as spans per row.
@@ -16,7 +16,7 @@ use crate::texture::{Size, Texture};
 /// Where triangles overlap, the island with the lowest rank owns the texel, and within an
 /// island the lowest face.
 pub(crate) struct Coverage {
-    rows: Rows<Span>,
+    rows: RowLists<Span>,
     /// Texels that more than one triangle covers.
     pub overlapping: usize,
     /// Pairs of islands that share texels, sorted: the island that owns them, then the
@@ -98,7 +98,7 @@ impl Coverage {
             blocks.iter().flat_map(|(_, _, clashes)| clashes).copied().collect();
         clashes.sort_unstable();
         clashes.dedup();
-        let rows = Rows::new(blocks.into_iter().map(|(block, ..)| block).collect());
+        let rows = RowLists::new(blocks.into_iter().map(|(block, ..)| block).collect());
         Self { rows, overlapping, clashes, size }
     }
 
@@ -353,10 +353,23 @@ impl OverlapResolver {
             spans.push(Span { start, end, face: owned[0] });
             start = end;
         }
+        self.note_clashes(&spans[first..], precedence, clashes);
+        let mut covering = 0;
+        let is_shared = |more: &&i32| {
+            covering += **more;
+            covering > 1
+        };
+        self.more.iter().filter(is_shared).count()
+    }
+
+    /// Adds which islands take texels from which.
+    ///
+    /// - `owned`: the spans of the owners.
+    fn note_clashes(&mut self, owned: &[Span], precedence: &Precedence, clashes: &mut Clashes) {
         let island = |face: u32| precedence.of_faces()[face as usize];
         // Islands own most of their texels together.
         self.islands.clear();
-        for span in &spans[first..] {
+        for span in owned {
             let owner = island(span.face);
             match self.islands.last_mut() {
                 Some((end, last)) if *last == owner => *end = span.end,
@@ -372,12 +385,6 @@ impl OverlapResolver {
                 }
             }
         }
-        let mut covering = 0;
-        let is_shared = |more: &&i32| {
-            covering += **more;
-            covering > 1
-        };
-        self.more.iter().filter(is_shared).count()
     }
 }
 

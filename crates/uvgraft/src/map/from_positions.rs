@@ -8,7 +8,7 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 use uvgraft_surface::pair::Direction;
 use uvgraft_surface::threads::map_indices;
 
-use super::rows::{BLOCK_ROWS, Draft, Rows};
+use super::rows::{BLOCK_ROWS, Draft, RowLists};
 use super::{Affine, MapStats, Patch, Run, SamplingMap};
 use crate::texture::{Size, Texture};
 
@@ -105,7 +105,7 @@ impl SamplingMap {
         }
         let gutter_patches = patches.len() as u32;
         let stats = MapStats { linked: covered, gutter: 0, covered, overlapping: 0 };
-        let (direction, runs) = (Direction::Forward, Rows::new(rows));
+        let (direction, runs) = (Direction::Forward, RowLists::new(rows));
         Ok(Self { size, direction, runs, patches, gutter_patches, stats })
     }
 }

@@ -157,9 +157,9 @@ impl GutterRows {
                         }
                     }
                 }
-                let carried = |edge: &Edge| edge.reach_px;
+                let reach = |edge: &Edge| edge.reach_px;
                 let nearest = &mut self.nearest;
-                nearest.gather(border, row, texels, border.radius, carried, &mut self.runs, |_| {});
+                nearest.gather(border, row, texels, border.radius, reach, &mut self.runs, |_| {});
             }
         }
     }
@@ -192,11 +192,10 @@ impl GutterRows {
                 }
             }
         }
-        let carried = |edge: &Edge| edge.fringe_reach_px;
+        let reach = |edge: &Edge| edge.fringe_reach_px;
         let (nearest, stolen) = (&mut self.nearest, &mut self.stolen);
         let split = self.runs.len();
-        nearest
-            .gather(border, row, touched, FRINGE_PX, carried, &mut self.runs, |x| stolen.push(x));
+        nearest.gather(border, row, touched, FRINGE_PX, reach, &mut self.runs, |x| stolen.push(x));
         if split < self.runs.len() {
             self.unmerged.clear();
             self.unmerged.extend_from_slice(&self.runs);
@@ -234,7 +233,7 @@ impl Nearest {
     /// state. Calls `in_range` for every texel within `limit` of an edge, whether that edge
     /// has a patch or not.
     ///
-    /// - `carried`: distance up to which an edge's map is extrapolated.
+    /// - `reach`: distance up to which an edge's map is extrapolated.
     #[expect(clippy::too_many_arguments, reason = "what is taken and what is given, of one row")]
     fn gather(
         &mut self,
@@ -242,7 +241,7 @@ impl Nearest {
         row: u32,
         texels: Range<u32>,
         limit: f64,
-        carried: impl Fn(&Edge) -> f64,
+        reach: impl Fn(&Edge) -> f64,
         runs: &mut Vec<Run>,
         mut in_range: impl FnMut(u32),
     ) {
@@ -261,7 +260,7 @@ impl Nearest {
             if index as usize >= border.linked {
                 continue;
             }
-            let zone = if squared <= carried(edge).powi(2) {
+            let zone = if squared <= reach(edge).powi(2) {
                 Zone::Near
             } else if t <= 0.0 {
                 Zone::First

@@ -13,16 +13,16 @@ mod gutter;
 mod gutter_rows;
 mod lost_edges;
 mod precedence;
-mod region;
 mod rows;
+mod texel_set;
 mod tiles;
 
 pub(crate) use coverage::{Coverage, LayoutTriangles};
 pub use from_positions::PositionsError;
 pub(crate) use precedence::Precedence;
 pub use precedence::Prefer;
-pub(crate) use region::Region;
 pub(crate) use rows::BLOCK_ROWS;
+pub(crate) use texel_set::TexelSet;
 pub(crate) use tiles::{TILE, Tiles, tiles};
 
 use uvgraft_surface::mesh::Mesh;
@@ -31,7 +31,7 @@ use uvgraft_surface::pair::{Direction, Oriented, Pair};
 use crate::color::Encoding;
 use crate::texture::{Channels, Size, Texels, Texture};
 use gutter::{FRINGE_PX, REACH_PX};
-use rows::Rows;
+use rows::RowLists;
 
 /// Coordinates beyond this many texels are treated as inexact. Rounding reaches a whole texel for
 /// values a thousand million times as large.
@@ -74,7 +74,7 @@ impl Default for MapOptions {
 pub struct SamplingMap {
     size: Size,
     direction: Direction,
-    runs: Rows<Run>,
+    runs: RowLists<Run>,
     patches: Vec<Patch>,
     /// Index of the first patch of the gutter; all later patches belong to it too.
     gutter_patches: u32,

@@ -8,7 +8,7 @@ pub(crate) const BLOCK_ROWS: u32 = 16;
 
 /// The items of each row. They are not in one list, which would mean copying megabytes.
 #[derive(Debug, Clone)]
-pub(crate) struct Rows<T> {
+pub(crate) struct RowLists<T> {
     blocks: Vec<Block<T>>,
 }
 
@@ -20,7 +20,7 @@ pub(crate) struct Block<T> {
     items: Box<[T]>,
 }
 
-impl<T> Rows<T> {
+impl<T> RowLists<T> {
     /// Assembles the blocks of a texture, from top to bottom.
     pub fn new(blocks: Vec<Block<T>>) -> Self {
         Self { blocks }
@@ -153,7 +153,7 @@ mod tests {
                 draft.block()
             })
             .collect();
-        let rows = Rows::new(blocks);
+        let rows = RowLists::new(blocks);
         for row in 0..BLOCK_ROWS + 3 {
             assert_eq!(rows.row(row), (0..row % 4).collect::<Vec<_>>());
         }

@@ -6,8 +6,8 @@ use uvgraft_surface::rotation::Correlation;
 use uvgraft_surface::tangents::corner_positions;
 use uvgraft_surface::threads::map_indices;
 
-/// How much better a reflection must explain the edges than a rotation to be accepted: on
-/// nearly flat sheets that bend, it does so by a little.
+/// How much better a reflection must explain the edges than a rotation to be accepted: on nearly
+/// flat sheets that bend, it does so by a little. Origin not recorded.
 const MIRRORED: f64 = 1.1;
 
 /// For each vertex of the target, the rotation that maps the source's surface to the

@@ -31,43 +31,34 @@ impl Reads {
     ///
     /// - `target`: the mesh that the map fills; without it, all patches are traced run by run.
     pub fn new(map: &SamplingMap, target: Option<&Mesh>, paths: &Paths) -> Self {
-        const PIECES: usize = 16;
-        /// Patches with a larger margin around their triangle are traced run by run.
-        const MAX_MARGIN_PX: f64 = 32.0;
-        let source = paths.source;
-        // No texel is farther from its triangle than the map extrapolates, so its source position
-        // is within this distance of the bounding box of the triangle's corners.
-        let margin = |patch: usize, axis: usize| {
-            let [x, y] = paths.slope(patch)[axis].map(in_texels);
-            map.reach_px() * x.hypot(y) + in_texels(paths.reach(patch)[axis])
-        };
+        let boxes = boxes(map, target, paths);
         let linked = map.linked_patches();
-        let boxes = map_indices(linked.len(), |index| {
-            let patch = &linked[index];
-            // The map of a part may extrapolate to positions far off at the corners of the face.
-            let target = target.filter(|_| !patch.is_part)?;
-            let corners = corners_px(target, patch.face as usize, map.size());
-            let is_near = corners.as_flattened().iter().all(|px| px.abs() < FAR_PX);
-            let has_box = is_near && (0..2).all(|axis| margin(index, axis) < MAX_MARGIN_PX);
-            has_box.then(|| {
-                let corners = corners.map(|corner| patch.src_uv_from_tgt_px.at(corner));
-                [(0, source.width), (1, source.height)].map(|(axis, count)| {
-                    let corners = corners.map(|corner| corner[axis] * f64::from(count));
-                    around(corners, margin(index, axis), count)
-                })
-            })
-        });
         let mut has_box = vec![false; pieces(map)];
         for (found, patch) in boxes.iter().zip(linked) {
             has_box[patch.piece as usize] = found.is_some();
         }
+        let mut all = Self::traced(map, paths, &has_box);
+        let owns = all.owners(map);
+        for (found, patch) in boxes.iter().zip(linked) {
+            if let Some([columns, rows]) = found.as_ref().filter(|_| owns[patch.piece as usize]) {
+                all.tiles.insert(columns, rows);
+            }
+        }
+        all
+    }
+
+    /// The patches that have texels, and what the runs read of those whose piece has no box.
+    fn traced(map: &SamplingMap, paths: &Paths, has_box: &[bool]) -> Self {
+        const PIECES: usize = 16;
+        let source = paths.source;
         let height = map.size().height as usize;
+        let words = bits::words(map.patches().len() as u32);
+        let none = || Self { tiles: Tiles::none(source), patches: vec![0; words] };
         let pieces = map_indices(PIECES, |piece| {
-            let mut tiles = Tiles::none(source);
-            let mut patches = vec![0; bits::words(map.patches().len() as u32)];
+            let mut reads = none();
             for row in height * piece / PIECES..height * (piece + 1) / PIECES {
                 for &run in map.row(row as u32) {
-                    bits::insert(&mut patches, run.patch);
+                    bits::insert(&mut reads.patches, run.patch);
                     if has_box[map.patches()[run.patch as usize].piece as usize] {
                         continue;
                     }
@@ -78,24 +69,15 @@ impl Reads {
                             let ends = ends.map(|at| in_texels(at[axis]));
                             around(ends, in_texels(walk.reach()[axis]), count)
                         });
-                    tiles.insert(&columns, &rows);
+                    reads.tiles.insert(&columns, &rows);
                 }
             }
-            (tiles, patches)
+            reads
         });
-        let mut all = Self {
-            tiles: Tiles::none(source),
-            patches: vec![0; bits::words(map.patches().len() as u32)],
-        };
-        for (tiles, patches) in pieces {
+        let mut all = none();
+        for Self { tiles, patches } in pieces {
             all.tiles.unite(&tiles);
             bits::unite(&mut all.patches, &patches);
-        }
-        let owns = all.owners(map);
-        for (found, patch) in boxes.iter().zip(linked) {
-            if let Some([columns, rows]) = found.as_ref().filter(|_| owns[patch.piece as usize]) {
-                all.tiles.insert(columns, rows);
-            }
         }
         all
     }
@@ -127,15 +109,45 @@ impl Reads {
                     0.5 * f64::from(samples[axis] - 1) * x.hypot(y)
                 };
                 // Extrapolation of the gutter beyond an edge, along the longer of the two axes.
-                let carried = [0, 1].map(|k| {
+                let squared = [0, 1].map(|k| {
                     (0..2).map(|axis| (patch.jacobian[k][axis] * scale[k]).powi(2)).sum::<f64>()
                 });
-                spread(0) + spread(1) + map.reach_px() * carried[0].max(carried[1]).sqrt()
+                spread(0) + spread(1) + map.reach_px() * squared[0].max(squared[1]).sqrt()
             })
             .fold(0.0, f64::max);
         // Half the taps, and one texel more for the diagonal.
         (beside_taps.min(MAX) + filter.taps() as f64 / 2.0).ceil() as u32 + 1
     }
+}
+
+/// For each linked patch, the columns and rows of the source around its triangle, if they hold all that
+/// it reads.
+fn boxes(map: &SamplingMap, target: Option<&Mesh>, paths: &Paths) -> Vec<Option<[Range<u32>; 2]>> {
+    /// Patches with a larger margin around their triangle are traced run by run.
+    const MAX_MARGIN_PX: f64 = 32.0;
+    let source = paths.source;
+    // No texel is farther from its triangle than the map extrapolates, so its source position
+    // is within this distance of the bounding box of the triangle's corners.
+    let margin = |patch: usize, axis: usize| {
+        let [x, y] = paths.slope(patch)[axis].map(in_texels);
+        map.reach_px() * x.hypot(y) + in_texels(paths.reach(patch)[axis])
+    };
+    let linked = map.linked_patches();
+    map_indices(linked.len(), |index| {
+        let patch = &linked[index];
+        // The map of a part may extrapolate to positions far off at the corners of the face.
+        let target = target.filter(|_| !patch.is_part)?;
+        let corners = corners_px(target, patch.face as usize, map.size());
+        let is_near = corners.as_flattened().iter().all(|px| px.abs() < FAR_PX);
+        let has_box = is_near && (0..2).all(|axis| margin(index, axis) < MAX_MARGIN_PX);
+        has_box.then(|| {
+            let corners = corners.map(|corner| patch.src_uv_from_tgt_px.at(corner));
+            [(0, source.width), (1, source.height)].map(|(axis, count)| {
+                let corners = corners.map(|corner| corner[axis] * f64::from(count));
+                around(corners, margin(index, axis), count)
+            })
+        })
+    })
 }
 
 /// One more than the index of the last piece that has a patch.

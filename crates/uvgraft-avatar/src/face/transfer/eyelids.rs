@@ -8,6 +8,7 @@ use std::collections::BTreeMap;
 
 use glam::{DQuat, DVec3, Vec3};
 use uvgraft::Mesh;
+use uvgraft::statistics::median;
 
 use super::super::features::Face;
 use super::super::surface::Spot;
@@ -78,10 +79,8 @@ impl<'a> Eyelids<'a> {
         ball.sort_unstable();
         let opening = middle - center;
         let margins: Vec<DVec3> = places.into_iter().map(|place| place - center).collect();
-        let mut distances: Vec<f64> = margins.iter().map(|margin| margin.length()).collect();
-        distances.sort_unstable_by(f64::total_cmp);
         let [least, most] = CLEARANCE.map(|share| share * radius);
-        let clearance = distances[distances.len() / 2].clamp(least, most);
+        let clearance = median(margins.iter().map(|margin| margin.length()))?.clamp(least, most);
 
         let (mut outside, mut lifts, mut inside) = (Vec::new(), Vec::new(), Vec::new());
         for (vertex, place) in (0..).zip(rest) {

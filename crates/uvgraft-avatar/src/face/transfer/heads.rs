@@ -1,7 +1,7 @@
 //! Pairs of heads for transfers of movement: their surfaces alone, without bodies and layouts.
 
 use glam::DVec3;
-use uvgraft::correspond::{FindError, FindOptions, Refusal, find};
+use uvgraft::correspond::{FindError, FindOptions, MethodFailure, find};
 use uvgraft::{Anatomy, Mesh, Pair, Piece};
 
 /// How far a head extends from the point between its eyes, in distances between them: down to the
@@ -12,7 +12,7 @@ const REACH: f64 = 3.5;
 ///
 /// Methods are those of [`find()`], tried in the same order. The pair's meshes have the vertices and
 /// triangles of the given ones, in the same order, and a layout in which all corners coincide: it
-/// carries movements, not textures. A mesh without a recognisable head is used as a whole.
+/// transfers movements, not textures. A mesh without a recognisable head is used as a whole.
 ///
 /// # Errors
 /// [`FindError`] if no method links the heads.
@@ -26,7 +26,7 @@ pub fn pair_heads(source: &Mesh, target: &Mesh) -> Result<Pair, FindError> {
     };
     let [source, target] = [source, target].map(|mesh| without_layout(mesh, mesh.faces()));
     Pair::from_pieces(source, target, found.pieces().map(whole))
-        .map_err(|_| FindError(vec![Refusal::Outside]))
+        .map_err(|_| FindError(vec![MethodFailure::Outside]))
 }
 
 /// The head alone, with all vertices, and which faces of the mesh it has.

@@ -1,4 +1,4 @@
-//! Named expressions of one head, carried to another.
+//! Named expressions of one head, transferred to another.
 //!
 //! The skin deforms by [`DeformationTransfer`]. What is no skin moves otherwise: eyeballs turn, teeth
 //! and tongue move rigidly, lashes and hair follow the skin beside them (`parts.rs`). Afterwards lids
@@ -98,16 +98,16 @@ pub fn transfer(pair: &Pair, morphs: &[Morph]) -> Result<Transferred, TransferEr
         Err(error) => (Vec::new(), Some(error)),
     };
     let least = (1e-5 * deform.size()) as f32;
-    let (mut carried, mut unmoved) = (Vec::new(), Vec::new());
+    let (mut transferred, mut unmoved) = (Vec::new(), Vec::new());
     for (morph, offsets) in morphs.iter().zip(offsets) {
         let sparse = sparse(&morph.name, &offsets, least);
         if sparse.offsets.is_empty() {
             unmoved.push(sparse.name);
         } else {
-            carried.push(sparse);
+            transferred.push(sparse);
         }
     }
-    Ok(Transferred { morphs: carried, unmoved, contacts, unmeasured })
+    Ok(Transferred { morphs: transferred, unmoved, contacts, unmeasured })
 }
 
 /// Carries expressions between two meshes that are not paired yet: see [`pair_heads`] and [`transfer`].

@@ -230,21 +230,21 @@ fn names_of_smplx_and_rows_of_vectors_are_read() {
 }
 
 #[test]
-fn what_is_not_read_is_told() {
+fn what_is_not_read_is_reported() {
     let mut arrays = motion(66);
-    let told = |arrays: &NamedArrays| Motion::from_arrays(arrays).unwrap().unused().join(", ");
+    let reported = |arrays: &NamedArrays| Motion::from_arrays(arrays).unwrap().unused().join(", ");
     arrays.insert("expressions", table(4, 10));
-    assert_eq!(told(&arrays), "expressions [4, 10]");
+    assert_eq!(reported(&arrays), "expressions [4, 10]");
     arrays.insert("expressions", NumericArray::new_f32(vec![4, 10], vec![0.0; 40]).unwrap());
     arrays.insert("dmpls", table(4, 8));
     arrays.insert("pose_jaw", table(4, 3));
     arrays.insert("left_hand_pose", table(4, 6));
-    assert_eq!(told(&arrays), "left_hand_pose [4, 6], pose_jaw [4, 3]");
+    assert_eq!(reported(&arrays), "left_hand_pose [4, 6], pose_jaw [4, 3]");
     // Parts that `poses` contains.
     arrays.insert("poses", table(4, 165));
-    assert_eq!(told(&arrays), "");
+    assert_eq!(reported(&arrays), "");
     arrays.insert("poses", table(4, 156));
-    assert_eq!(told(&arrays), "pose_jaw [4, 3]");
+    assert_eq!(reported(&arrays), "pose_jaw [4, 3]");
     let mut parts = motion(63);
     let body = parts.take("poses").unwrap();
     parts.insert("pose_body", body);
@@ -253,7 +253,10 @@ fn what_is_not_read_is_told() {
     parts.insert("left_hand_pose", table(4, 12));
     parts.insert("right_hand_pose", table(4, 12));
     parts.insert("expression", table(4, 50));
-    assert_eq!(told(&parts), "expression [4, 50], left_hand_pose [4, 12], right_hand_pose [4, 12]");
+    assert_eq!(
+        reported(&parts),
+        "expression [4, 50], left_hand_pose [4, 12], right_hand_pose [4, 12]"
+    );
 }
 
 #[test]

@@ -25,6 +25,14 @@ pub const MEAN_LEG_M: f32 = 0.78;
 /// that far in a step.
 const FRONT_DEG: f32 = 30.0;
 
+impl Frame {
+    /// Turns a frame that was recorded with another up axis.
+    fn stand_upright(&mut self, up: UpAxis) {
+        self.turns[0] = (up.upright() * self.turns[0]).normalize();
+        self.translation = up.upright() * self.translation;
+    }
+}
+
 impl Motion {
     /// Converts the motion to a clip of a skeleton, Y up.
     ///
@@ -56,10 +64,7 @@ impl Motion {
         };
         let times = resample::times(self, options)?;
         let mut frames = resample::frames(self, &all)?;
-        for frame in &mut frames {
-            frame.turns[0] = (up.upright() * frame.turns[0]).normalize();
-            frame.translation = up.upright() * frame.translation;
-        }
+        frames.iter_mut().for_each(|frame| frame.stand_upright(up));
         let mut report = Retarget {
             missing: self.missing(&sources),
             still: still(skeleton, &sources),
@@ -71,8 +76,7 @@ impl Motion {
             grounding: None,
             arms_deg: lifts.iter().map(angle_deg).fold(0.0, f32::max),
         };
-        let own = family.then_some(Performer { skeleton, soles: None });
-        let person = options.performer.or(own);
+        let person = options.performer.or(family.then_some(Performer { skeleton, soles: None }));
         // Where the pelvis is before the frame's translation, in the model of the performer.
         let pelvis = person.map_or(MEAN_PELVIS, |person| hips_at_rest(person.skeleton));
         let hips_of = |frame: &Frame| up.upright() * pelvis + frame.translation;
@@ -83,10 +87,11 @@ impl Motion {
             return Ok((clip, report));
         }
         report.turned_deg = face_front(&mut frames, &hips_of);
-        report.scale = match options.performer {
-            Some(person) => ratio(leg_m(skeleton), leg_m(person.skeleton)),
-            None => ratio(leg_m(skeleton), Some(MEAN_LEG_M)),
+        let performer_leg_m = match options.performer {
+            Some(person) => leg_m(person.skeleton),
+            None => Some(MEAN_LEG_M),
         };
+        report.scale = ratio(leg_m(skeleton), performer_leg_m);
         let start = frames.first().map_or(Vec3::ZERO, &hips_of);
         let rest = hips_at_rest(skeleton);
         // The path starts at the rest position and is scaled horizontally; heights are

@@ -14,7 +14,7 @@ use uvgraft_avatar::Avatar;
 use uvgraft_avatar::rig::HumanBone;
 
 pub use self::meta::{AvatarPermission, CommercialUsage, Modification, Permissions, VrmMeta};
-use super::nodes::Shown;
+use super::nodes::MeshNode;
 
 /// The extension's name.
 pub(super) const EXTENSION: &str = "VRMC_vrm";
@@ -101,10 +101,10 @@ pub(super) fn check(meta: &VrmMeta, avatar: &Avatar) -> Result<(), VrmError> {
 pub(super) fn extension(
     meta: &VrmMeta,
     avatar: &Avatar,
-    shown: &[Shown],
+    shown: &[MeshNode],
     thumbnail: Option<usize>,
 ) -> json::Vrm {
-    let annotation = |shown: &Shown| json::MeshAnnotation {
+    let annotation = |shown: &MeshNode| json::MeshAnnotation {
         node: shown.node,
         // For `auto`, readers use the skin weights to find the triangles that follow the head.
         kind: if shown.is_head { "thirdPersonOnly" } else { "auto" },
@@ -121,7 +121,7 @@ pub(super) fn extension(
     }
 }
 
-fn expressions(avatar: &Avatar, shown: &[Shown]) -> Option<json::Expressions> {
+fn expressions(avatar: &Avatar, shown: &[MeshNode]) -> Option<json::Expressions> {
     if avatar.expressions.is_empty() {
         return None;
     }

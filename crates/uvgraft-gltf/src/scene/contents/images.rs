@@ -13,6 +13,7 @@ use super::super::check::too_many;
 use super::super::document::Document;
 use super::super::error::SceneError;
 use super::super::images::{bytes, is_ktx2};
+use crate::glb::Ktx2Header;
 
 /// An image of a file.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize)]
@@ -75,11 +76,7 @@ impl ImageContents {
         self.bytes = Some(encoded.len());
         if is_ktx2(encoded) {
             self.format = Some("KTX2");
-            let word = |at: usize| {
-                let word = encoded.get(at..)?.first_chunk::<4>()?;
-                Some(u32::from_le_bytes(*word))
-            };
-            self.size = word(20).zip(word(24)).map(<[u32; 2]>::from);
+            self.size = Ktx2Header::read(encoded).map(|header| [header.sides[0], header.sides[1]]);
             return;
         }
         match image::decode_header(encoded) {

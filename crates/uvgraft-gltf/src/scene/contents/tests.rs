@@ -50,6 +50,7 @@ fn images_of_extensions_and_damaged_ones_are_listed() {
     let broken = strip.view(b"not an image");
     let mut ktx2 = b"\xabKTX 20\xbb\r\n\x1a\n".to_vec();
     ktx2.extend([0, 1, 64, 32].map(u32::to_le_bytes).concat());
+    ktx2.resize(80, 0);
     let ktx2 = strip.view(&ktx2);
     strip.json["images"].as_array_mut().unwrap().extend([
         json!({ "name": "broken", "bufferView": broken, "mimeType": "image/png" }),

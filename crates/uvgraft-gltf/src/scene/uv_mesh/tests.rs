@@ -5,7 +5,7 @@ use super::super::wild_tests::{draco, meshopt};
 use uvgraft::Mesh;
 
 use super::*;
-use crate::glb::{AvatarMaterial, Export, Picture, write};
+use crate::glb::{AvatarMaterial, EmbeddedImage, Export, write};
 
 fn read(strip: &Strip, choice: &MeshChoice) -> Result<Mesh, String> {
     let found = read_mesh(&strip.glb(), choice).map_err(|error| error.to_string())?;
@@ -377,8 +377,8 @@ fn a_written_avatar_has_the_mesh_of_the_avatar() {
         uvgraft::Depth::U8,
         &[0.5; 3],
     );
-    let format = crate::glb::PictureFormat::Png;
-    let looks = AvatarMaterial::new(Picture::encode(color.unwrap(), format, 90).unwrap());
+    let format = crate::glb::EmbeddedFormat::Png;
+    let looks = AvatarMaterial::new(EmbeddedImage::encode(color.unwrap(), format, 90).unwrap());
     let written = write(&avatar, std::slice::from_ref(&looks), &Export::default()).unwrap();
     let mesh = read_mesh(&written.bytes, &set(0)).unwrap().mesh;
     let original = &avatar.mesh;

@@ -29,7 +29,6 @@ pub(super) fn resolve(
     accessors: &Accessors<'_>,
     file: &mut File,
 ) -> Result<(), SceneError> {
-    let mut resolved = false;
     let mut known = HashMap::new();
     for material in &asset.document.materials {
         let gloss = material.extensions.specular_glossiness.as_ref();
@@ -41,55 +40,65 @@ pub(super) fn resolve(
             file.count(&bytes, source)?;
         }
     }
+    if known.is_empty() {
+        return Ok(());
+    }
     for (index, material) in asset.document.materials.iter().enumerate() {
         let Some(gloss) = &material.extensions.specular_glossiness else { continue };
-        resolved = true;
         let own =
             json["materials"][index]["extensions"]["KHR_materials_pbrSpecularGlossiness"].take();
         drop_extensions(&mut json["materials"][index]);
-        let mut pbr = json!({
-            "baseColorFactor": gloss.diffuse_factor.unwrap_or([1.0; 4]),
-            "metallicFactor": 0.0,
-            "roughnessFactor": 1.0 - gloss.glossiness_factor.unwrap_or(1.0),
-        });
-        let mut specular = json!({
-            "specularColorFactor": gloss.specular_factor.unwrap_or([1.0; 3]),
-        });
-        if !own["diffuseTexture"].is_null() {
-            pbr["baseColorTexture"] = own["diffuseTexture"].clone();
-        }
-        let texture = &own["specularGlossinessTexture"];
-        if !texture.is_null() {
-            specular["specularColorTexture"] = texture.clone();
+        let mut rough = None;
+        if !own["specularGlossinessTexture"].is_null() {
             let key = roughness_key(gloss);
-            let made = match known.get(&key) {
-                Some(&Some(made)) => Some(made),
+            rough = match known.get(&key) {
+                Some(&Some(rough)) => Some(rough),
                 _ => roughness(gloss, json, asset, accessors, file)?,
             };
-            known.insert(key, made);
-            if let Some(rough) = made {
-                let mut texture = texture.clone();
-                texture["index"] = rough.into();
-                pbr["metallicRoughnessTexture"] = texture;
-                pbr["roughnessFactor"] = json!(1.0);
-            }
+            known.insert(key, rough);
         }
-        let material = &mut json["materials"][index];
-        material["pbrMetallicRoughness"] = pbr;
-        material["extensions"]["KHR_materials_specular"] = specular;
-        material["extensions"]["KHR_materials_ior"] = json!({ "ior": NO_BOUND });
+        rewrite(&mut json["materials"][index], gloss, &own, rough);
     }
-    if resolved {
-        let used = &mut json["extensionsUsed"];
-        for name in ["KHR_materials_specular", "KHR_materials_ior"] {
-            if let Some(used) = used.as_array_mut()
-                && !used.iter().any(|known| known == name)
-            {
-                used.push(name.into());
-            }
+    let used = &mut json["extensionsUsed"];
+    for name in ["KHR_materials_specular", "KHR_materials_ior"] {
+        if let Some(used) = used.as_array_mut()
+            && !used.iter().any(|known| known == name)
+        {
+            used.push(name.into());
         }
     }
     Ok(())
+}
+
+/// Writes a material as metallic-roughness.
+///
+/// - `own`: what its extension was in JSON.
+/// - `rough`: the texture of its roughness.
+fn rewrite(material: &mut Value, gloss: &SpecularGlossiness, own: &Value, rough: Option<usize>) {
+    let mut pbr = json!({
+        "baseColorFactor": gloss.diffuse_factor.unwrap_or([1.0; 4]),
+        "metallicFactor": 0.0,
+        "roughnessFactor": 1.0 - gloss.glossiness_factor.unwrap_or(1.0),
+    });
+    let mut specular = json!({
+        "specularColorFactor": gloss.specular_factor.unwrap_or([1.0; 3]),
+    });
+    if !own["diffuseTexture"].is_null() {
+        pbr["baseColorTexture"] = own["diffuseTexture"].clone();
+    }
+    let texture = &own["specularGlossinessTexture"];
+    if !texture.is_null() {
+        specular["specularColorTexture"] = texture.clone();
+    }
+    if let Some(rough) = rough {
+        let mut texture = texture.clone();
+        texture["index"] = rough.into();
+        pbr["metallicRoughnessTexture"] = texture;
+        pbr["roughnessFactor"] = json!(1.0);
+    }
+    material["pbrMetallicRoughness"] = pbr;
+    material["extensions"]["KHR_materials_specular"] = specular;
+    material["extensions"]["KHR_materials_ior"] = json!({ "ior": NO_BOUND });
 }
 
 /// Equal where textures of the roughness are equal.

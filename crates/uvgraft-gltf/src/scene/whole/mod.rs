@@ -24,7 +24,7 @@ use super::error::SceneError;
 use super::images;
 use super::unpack::unpack;
 use crate::container::{Glb, is_glb};
-use crate::glb::PictureFormat;
+use crate::glb::EmbeddedFormat;
 
 /// Extensions that are resolved here and removed from the file.
 const RESOLVED: [&str; 5] = [
@@ -158,7 +158,8 @@ impl File {
 
     fn add_image(&mut self, bytes: &[u8]) -> Result<Value, SceneError> {
         self.admit(bytes.len() as u64)?;
-        let kind = Format::detect(bytes).and_then(PictureFormat::of).unwrap_or(PictureFormat::Png);
+        let kind =
+            Format::detect(bytes).and_then(EmbeddedFormat::of).unwrap_or(EmbeddedFormat::Png);
         Ok(json!({ "bufferView": self.add(bytes, json!({})), "mimeType": kind.mime_type() }))
     }
 

@@ -2,13 +2,14 @@
 
 use glam::{DMat3, DVec3};
 
-use super::kinds::Kind;
+use super::kinds::TriangleKind;
 use super::register::Goal;
 use super::shape::Shape;
 use super::worn::worn;
 use crate::anatomy::{self, Anatomy, AnatomyError, HeadFrame, Landmark};
-use crate::correspond::similarity::{Similarity, median};
+use crate::correspond::similarity::Similarity;
 use crate::mesh::Mesh;
+use crate::statistics::median;
 use crate::threads::map_indices;
 
 /// Landmarks on the skin that are the same place of any head. Foremost points (of nose, chin and
@@ -91,7 +92,7 @@ pub(super) fn opposite(
 ) -> Option<Similarity> {
     /// In distances between the eyes: where the centre of the turned face may belong.
     const OFFSETS: [f64; 3] = [-0.5, 0.0, 0.5];
-    /// How much closer the opposite must be.
+    /// How much closer the opposite must be. Origin not recorded.
     const CLEARER: f64 = 0.6;
     let unit = head.unit * super::HEAD_PER_EYES;
     let [_, up, forward] = head.axes.map(DVec3::from);
@@ -115,6 +116,7 @@ pub(super) fn opposite(
 /// The median distance between the surfaces, from the points of the one that lies closer on the other.
 fn misfit(target: &Shape, goal: &Goal, transform: &Similarity, unit: f64) -> f64 {
     const REACH: f64 = 0.1;
+    /// 60°.
     const COMPATIBLE: f64 = 0.5;
     const SAMPLES: usize = 2000;
     let points = target.points.iter().map(|&point| transform.apply(point)).collect();
@@ -123,15 +125,12 @@ fn misfit(target: &Shape, goal: &Goal, transform: &Similarity, unit: f64) -> f64
     let distance = |from: &Shape, to: &Goal| {
         let normals = from.normals();
         let step = (from.points.len() / SAMPLES).max(1);
-        let distances: Vec<f64> = (0..from.points.len())
-            .step_by(step)
-            .map(|index| {
-                let [point, normal] = [from.points[index], normals[index]];
-                let partner = to.partner(Kind::ANY, point, normal, REACH * unit, COMPATIBLE);
-                partner.map_or(REACH * unit, |partner| partner.distance)
-            })
-            .collect();
-        median(&distances)
+        let distances = (0..from.points.len()).step_by(step).map(|index| {
+            let [point, normal] = [from.points[index], normals[index]];
+            let partner = to.partner(TriangleKind::ANY, point, normal, REACH * unit, COMPATIBLE);
+            partner.map_or(REACH * unit, |partner| partner.distance)
+        });
+        median(distances).unwrap_or(0.0)
     };
     distance(&target.shape, goal).min(distance(&goal.shape, &target))
 }
@@ -156,13 +155,13 @@ pub(super) fn refine(
         let partners = map_indices(target.points.len(), |index| {
             let at = found.apply(target.points[index]);
             let normal = found.rotation * normals[index];
-            let partner = goal.partner(Kind::ANY, at, normal, REACH * unit, COMPATIBLE)?;
+            let partner = goal.partner(TriangleKind::ANY, at, normal, REACH * unit, COMPATIBLE)?;
             (!goal.is_at_border(&partner)).then_some([target.points[index], partner.point])
         });
         let pairs: Vec<[DVec3; 2]> = partners.into_iter().flatten().collect();
         let distances = found.distances(&pairs);
         // Tukey's biweight at six medians: details that differ don't pull.
-        let reach = (6.0 * median(&distances)).max(1e-9 * unit);
+        let reach = (6.0 * median(distances.iter().copied()).unwrap_or(0.0)).max(1e-9 * unit);
         let weight = |distance: &f64| (1.0 - (distance / reach).powi(2)).max(0.0).powi(2);
         let weights: Vec<f64> = distances.iter().map(weight).collect();
         let Some(next) = Similarity::between(&pairs, &weights, scales) else { break };

@@ -9,8 +9,8 @@ use super::overlay::Overlay;
 use super::shape::Shape;
 use super::{Placement, SurfaceError, anchors};
 use crate::anatomy::{Anatomy, Area};
-use crate::correspond::similarity::median;
 use crate::mesh::Mesh;
+use crate::statistics::median;
 
 /// How far landmarks of both heads may be apart after registration, in distances between the eyes.
 /// Where heads were right they were apart by up to 0.23, where they were turned by half at least 1.3.
@@ -23,17 +23,17 @@ const MOST_TURNED: f64 = 20.0;
 /// What lies on the face of the source must be little bent, and landmarks of both sides together.
 ///
 /// - `rest`, `registered`: the aligned target, before and after registration.
-/// - `laid`: what corresponds.
+/// - `overlay`: what corresponds.
 pub(super) fn check(
     source: &Mesh,
     placement: &Placement,
     rest: &Shape,
     registered: &Shape,
-    laid: &Overlay,
+    overlay: &Overlay,
     to_unit: impl Fn(DVec3) -> DVec3,
 ) -> Result<(), SurfaceError> {
     let Some(heads) = &placement.heads else { return Ok(()) };
-    if let Some(degrees) = turned(&on_face(source, &heads.source, laid), rest, registered)
+    if let Some(degrees) = turned(&on_face(source, &heads.source, overlay), rest, registered)
         && degrees > MOST_TURNED
     {
         return Err(SurfaceError::Turned { degrees, most: MOST_TURNED });
@@ -55,13 +55,13 @@ pub(super) fn heads_turned(placement: &Placement) -> Option<f64> {
 }
 
 /// The target's triangles that lie on the face of the source.
-fn on_face(source: &Mesh, head: &Anatomy, laid: &Overlay) -> Vec<usize> {
+fn on_face(source: &Mesh, head: &Anatomy, overlay: &Overlay) -> Vec<usize> {
     const FACE: [Area; 5] = [Area::Cheeks, Area::Forehead, Area::Nose, Area::Lips, Area::Jaw];
     let is_face = |face: u32| {
         let corners = source.faces()[face as usize];
         FACE.iter().any(|&area| corners.iter().all(|&at| head.area(area)[at as usize] > 0.5))
     };
-    let lies = laid.pieces.iter().filter(|piece| is_face(piece.source));
+    let lies = overlay.pieces.iter().filter(|piece| is_face(piece.source));
     let mut found: Vec<usize> = lies.map(|piece| piece.target as usize).collect();
     found.dedup();
     found
@@ -69,12 +69,11 @@ fn on_face(source: &Mesh, head: &Anatomy, laid: &Overlay) -> Vec<usize> {
 
 /// The median angle between triangles before and after registration, in degrees; `None` without any.
 fn turned(triangles: &[usize], rest: &Shape, registered: &Shape) -> Option<f64> {
-    let angles: Vec<f64> = triangles
+    let angles = triangles
         .iter()
         .map(|&triangle| rest.area_vector(triangle).angle_between(registered.area_vector(triangle)))
-        .filter(|angle| angle.is_finite())
-        .collect();
-    (!angles.is_empty()).then(|| median(&angles).to_degrees())
+        .filter(|angle| angle.is_finite());
+    median(angles).map(f64::to_degrees)
 }
 
 /// Refuses landmarks of both heads that lie apart.

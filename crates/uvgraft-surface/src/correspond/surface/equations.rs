@@ -255,6 +255,7 @@ fn conjugate_gradients(
 /// The cotangent Laplacian, positive semidefinite: weights are kept positive and bounded, so that
 /// slivers neither pull points over each other nor hold them apart.
 fn laplacian(shape: &Shape) -> Matrix {
+    /// The cotangents of 89° and 14°.
     const WEIGHTS: [f64; 2] = [0.02, 4.0];
     let size = shape.points.len();
     let mut entries = Vec::new();

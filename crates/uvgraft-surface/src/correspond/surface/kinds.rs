@@ -13,14 +13,14 @@ use crate::triangle_tree::{Effort, TriangleTree};
 
 /// What a triangle belongs to.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) struct Kind {
+pub(super) struct TriangleKind {
     /// [`Self::SKIN`], the number of a source's ball, or [`Self::ALONE`].
     ball: u16,
     /// The share of directions before the triangle from which it is seen.
     exposure: f32,
 }
 
-impl Kind {
+impl TriangleKind {
     /// Not a ball.
     const SKIN: u16 = u16::MAX - 1;
     /// A ball that the other mesh doesn't have.
@@ -35,6 +35,7 @@ impl Kind {
 
     /// Whether a triangle of the target may lie on one of the source.
     pub fn may_meet(self, other: Self) -> bool {
+        /// Of about 16 rising directions at least five are open.
         const SEEN: f32 = 0.3;
         let is_apart = |a: Self, b: Self| a.is_hidden() && b.exposure >= SEEN;
         self.is_of_body(other) && !is_apart(self, other) && !is_apart(other, self)
@@ -42,6 +43,7 @@ impl Kind {
 
     /// Whether nothing outside sees the triangle.
     pub fn is_hidden(self) -> bool {
+        /// Of about 16 rising directions none is open.
         const HIDDEN: f32 = 0.02;
         self.exposure <= HIDDEN
     }
@@ -58,9 +60,9 @@ impl Kind {
 }
 
 /// The kinds of both meshes' triangles, source first, and where the target's balls go.
-pub(super) struct Kinds {
-    pub source: Vec<Kind>,
-    pub target: Vec<Kind>,
+pub(super) struct TriangleKinds {
+    pub source: Vec<TriangleKind>,
+    pub target: Vec<TriangleKind>,
     /// For each ball of the target with a counterpart: its faces, its centre, where that goes, and
     /// how much larger it becomes. In the shapes' space.
     pub moves: Vec<BallMove>,
@@ -88,7 +90,7 @@ impl BallMove {
     }
 }
 
-impl Kinds {
+impl TriangleKinds {
     /// - `shapes`, `balls`: source and aligned target.
     /// - `worn`: the target's triangles that belong nowhere and hide nothing; of all or of none.
     /// - `to_shape`: from the source's space to the shapes'.
@@ -129,7 +131,7 @@ struct Side<'a> {
     shape: &'a Shape,
     tree: TriangleTree,
     normals: Vec<DVec3>,
-    kinds: Vec<Kind>,
+    kinds: Vec<TriangleKind>,
 }
 
 impl<'a> Side<'a> {
@@ -141,8 +143,10 @@ impl<'a> Side<'a> {
         } else {
             exposures(shape, &tree, &normals)
         };
-        let mut kinds: Vec<Kind> =
-            exposures.into_iter().map(|exposure| Kind { ball: Kind::SKIN, exposure }).collect();
+        let mut kinds: Vec<TriangleKind> = exposures
+            .into_iter()
+            .map(|exposure| TriangleKind { ball: TriangleKind::SKIN, exposure })
+            .collect();
         for (kind, _) in kinds.iter_mut().zip(worn).filter(|(_, is_worn)| **is_worn) {
             *kind = kind.alone();
         }
@@ -156,16 +160,16 @@ impl<'a> Side<'a> {
     /// Decides on balls where the other mesh has none. In a scan, eyes are part of the skin, and balls
     /// belong there. Where the other mesh has empty sockets, they belong nowhere.
     fn settle(&mut self, balls: &[Ball], other: &Self) {
-        /// What is seen less lies behind lids.
+        /// What is seen less lies behind lids. At most one of about 16 rising directions is open.
         const BEHIND_LIDS: f32 = 0.1;
         for ball in balls {
             let is_seen = |&face: &u32| self.kinds[face as usize].exposure > BEHIND_LIDS;
             let (seen, hidden): (Vec<u32>, Vec<u32>) =
                 ball.faces.iter().copied().partition(is_seen);
             if !self.is_on(&seen, ball.radius, other) {
-                self.mark(&seen, Kind::ALONE);
+                self.mark(&seen, TriangleKind::ALONE);
             }
-            self.mark(&hidden, Kind::ALONE);
+            self.mark(&hidden, TriangleKind::ALONE);
         }
     }
 
@@ -211,7 +215,7 @@ fn matched(
             .map(|(number, other)| (unlike(other), number, other))
             .filter(|(unlike, ..)| *unlike < ball.radius)
             .min_by(|a, b| a.0.total_cmp(&b.0));
-        target.mark(&ball.faces, nearest.map_or(Kind::ALONE, |(_, number, _)| number));
+        target.mark(&ball.faces, nearest.map_or(TriangleKind::ALONE, |(_, number, _)| number));
         if let Some((.., other)) = nearest {
             let scale = other.radius / ball.radius;
             moves.push(BallMove {
@@ -233,7 +237,7 @@ fn exposures(shape: &Shape, tree: &TriangleTree, normals: &[DVec3]) -> Vec<f32> 
     /// folded over it, and at most so far.
     const BEFORE: f64 = 0.3;
     const FARTHEST: f64 = 0.004;
-    /// They rise at least so steeply.
+    /// They rise at least so steeply: 12°.
     const RISE: f64 = 0.2;
     let directions: Vec<DVec3> = fibonacci(DIRECTIONS);
     map_indices(shape.triangles.len(), |triangle| {
@@ -241,6 +245,7 @@ fn exposures(shape: &Shape, tree: &TriangleTree, normals: &[DVec3]) -> Vec<f32> 
         let size = shape.area_vector(triangle).length().sqrt();
         let before = (BEFORE * size).min(FARTHEST);
         let center = shape.corners(triangle).into_iter().sum::<DVec3>() / 3.0 + normal * before;
+        // Two fifths of the directions, 16 of 40: a share of 0.06 is one of them.
         let rising: Vec<DVec3> =
             directions.iter().copied().filter(|along| along.dot(normal) > RISE).collect();
         let open = rising.iter().filter(|&&along| !tree.is_hit(center, along)).count();
@@ -250,6 +255,7 @@ fn exposures(shape: &Shape, tree: &TriangleTree, normals: &[DVec3]) -> Vec<f32> 
 
 /// Directions all around, evenly.
 fn fibonacci(count: usize) -> Vec<DVec3> {
+    // The golden angle: no two of few directions line up.
     let turn = std::f64::consts::PI * (3.0 - 5.0_f64.sqrt());
     (0..count)
         .map(|index| {
@@ -314,7 +320,8 @@ mod tests {
         let faces = ball.faces.clone();
         let aligned = Similarity::IDENTITY;
         let (balls, effort) = ([Vec::new(), vec![ball]], Effort::unlimited());
-        let kinds = Kinds::new([skin, &shape], balls, &[], |point| point, &aligned, 1.0, &effort);
+        let kinds =
+            TriangleKinds::new([skin, &shape], balls, &[], |point| point, &aligned, 1.0, &effort);
         assert!(kinds.moves.is_empty());
         let kind_of = |least: f64, most: f64| {
             let mut there = faces.iter().map(|&face| face as usize).filter(|&triangle| {

@@ -19,16 +19,17 @@ use glam::DVec3;
 
 use self::align::Heads;
 use self::equations::Anchor;
-use self::kinds::Kinds;
+use self::kinds::{TriangleKind, TriangleKinds};
 pub(super) use self::placed::placed;
 use self::register::{Anchors, Goal};
 use self::shape::Shape;
 use self::worn::component_count;
-use super::similarity::{Similarity, median};
+use super::similarity::Similarity;
 use crate::anatomy::{self, AnatomyError, Landmark};
 use crate::mesh::Mesh;
 use crate::piece::Piece;
 use crate::sparse::Filled;
+use crate::statistics::median;
 use crate::surface::Surface;
 use crate::triangle_tree::{Bounds, Effort};
 
@@ -239,7 +240,8 @@ pub(super) fn pieces(
     let mut rest = Shape::new(&surfaces[1], |point| to_unit(aligned.apply(point)));
     let balls = [source, target].map(anatomy::balls);
     let worn = &placement.worn;
-    let mut kinds = Kinds::new([&goal.shape, &rest], balls, worn, to_unit, &aligned, unit, &effort);
+    let mut kinds =
+        TriangleKinds::new([&goal.shape, &rest], balls, worn, to_unit, &aligned, unit, &effort);
     spent()?;
     goal.kinds = kinds.source;
     if !placement.is_exact {
@@ -256,25 +258,38 @@ pub(super) fn pieces(
         spent()?;
         Shape { points: points.map_err(|Filled| SurfaceError::Connected)?, ..rest.clone() }
     };
-    let mut flipped = 0;
-    for triangle in register::turned_over(&rest, &registered) {
-        let kind = &mut kinds.target[triangle];
-        let center = registered.corners(triangle).into_iter().sum::<DVec3>() / 3.0;
-        let nearest = goal.tree.nearest(center, options.reach, |_| true);
-        flipped += usize::from(!kind.is_hidden() && nearest.is_some());
-        *kind = kind.alone();
-    }
-    let laid =
+    let flipped =
+        leave_out_turned_over(&mut kinds.target, [&rest, &registered], &goal, options.reach);
+    let overlay =
         overlay::overlay(&goal, &registered, &kinds.target, options.reach, options.visibility);
     spent()?;
-    if laid.pieces.is_empty() {
+    if overlay.pieces.is_empty() {
         return Err(SurfaceError::Nothing);
     }
     if !placement.is_exact {
-        check::check(source, &placement, &rest, &registered, &laid, to_unit)?;
+        check::check(source, &placement, &rest, &registered, &overlay, to_unit)?;
     }
-    let report = report(&placement, &registered, &laid, flipped, target, &surfaces[1]);
-    Ok((laid.pieces, report))
+    let report = report(&placement, &registered, &overlay, flipped, target, &surfaces[1]);
+    Ok((overlay.pieces, report))
+}
+
+/// Leaves the triangles unlinked that the registration turned over, and counts those that would be
+/// linked otherwise.
+fn leave_out_turned_over(
+    kinds: &mut [TriangleKind],
+    [rest, registered]: [&Shape; 2],
+    goal: &Goal,
+    reach: f64,
+) -> usize {
+    let mut flipped = 0;
+    for triangle in register::turned_over(rest, registered) {
+        let kind = &mut kinds[triangle];
+        let center = registered.corners(triangle).into_iter().sum::<DVec3>() / 3.0;
+        let nearest = goal.tree.nearest(center, reach, |_| true);
+        flipped += usize::from(!kind.is_hidden() && nearest.is_some());
+        *kind = kind.alone();
+    }
+    flipped
 }
 
 /// How many boxes and triangles may be looked at to find closest points.
@@ -310,6 +325,19 @@ struct Placement {
     worn: Vec<bool>,
 }
 
+/// The two surfaces as they are, before the target is placed.
+struct Placing<'a> {
+    source: &'a Mesh,
+    target: &'a Mesh,
+    goal: Goal,
+    shape: Shape,
+    align: Align,
+    /// The extent of the source.
+    extent: Bounds,
+}
+
+/// Places the target by given landmarks, by its positions if it lies on the source already, or by
+/// the heads.
 fn place(
     source: &Mesh,
     target: &Mesh,
@@ -317,87 +345,120 @@ fn place(
     options: &SurfaceOptions,
     effort: &Arc<Effort>,
 ) -> Result<Placement, SurfaceError> {
-    /// Median distance, as a share of the size, of surfaces that are the same.
-    const SAME: f64 = 0.004;
     let goal = Goal::new(Shape::new(&surfaces[0], |point| point), effort);
     let extent = Bounds::of(goal.shape.points.iter().copied());
-    let target_shape = Shape::new(&surfaces[1], |point| point);
-    let whole = extent.size().max_element();
-    let center = (extent.min + extent.max) / 2.0;
-    let scales = options.align == Align::Similarity;
+    let shape = Shape::new(&surfaces[1], |point| point);
+    let placing = Placing { source, target, goal, shape, align: options.align, extent };
     let mut given = landmarks(source, target, &options.landmarks)?;
     let position = |at: [f32; 3]| glam::Vec3::from(at).as_dvec3();
     given.extend(options.places.iter().map(|&[from, to]| [position(to), position(from)]));
-    let worn = |heads: Option<&Heads>| {
-        let of = |heads: &Heads| heads.worn([source, target], [&goal.shape, &target_shape]);
-        heads.map_or_else(Vec::new, of)
-    };
     if !given.is_empty() {
+        return placing.by_landmarks(given);
+    }
+    match placing.by_positions() {
+        Some(placement) => Ok(placement),
+        None => placing.by_heads(),
+    }
+}
+
+impl Placing<'_> {
+    fn size(&self) -> f64 {
+        self.extent.size().max_element()
+    }
+
+    fn center(&self) -> DVec3 {
+        (self.extent.min + self.extent.max) / 2.0
+    }
+
+    fn scales(&self) -> bool {
+        self.align == Align::Similarity
+    }
+
+    fn worn(&self, heads: Option<&Heads>) -> Vec<bool> {
+        let of =
+            |heads: &Heads| heads.worn([self.source, self.target], [&self.goal.shape, &self.shape]);
+        heads.map_or_else(Vec::new, of)
+    }
+
+    fn by_landmarks(&self, given: Vec<[DVec3; 2]>) -> Result<Placement, SurfaceError> {
         let weights = vec![1.0; given.len()];
-        let transform = match options.align {
+        let transform = match self.align {
             Align::None => Similarity::IDENTITY,
-            _ => Similarity::between(&given, &weights, scales)
+            _ => Similarity::between(&given, &weights, self.scales())
                 .ok_or(SurfaceError::Landmarks { count: given.len() })?,
         };
-        let heads = Heads::find(source, target).ok();
-        let unit = heads.as_ref().map_or(whole, |it| it.source.frame().unit * HEAD_PER_EYES);
-        return Ok(Placement {
+        let heads = Heads::find(self.source, self.target).ok();
+        let of_head = |it: &Heads| it.source.frame().unit * HEAD_PER_EYES;
+        Ok(Placement {
             aligned_by: "landmarks",
             transform,
-            center,
-            unit,
+            center: self.center(),
+            unit: heads.as_ref().map_or(self.size(), of_head),
             landmarks: given,
             is_exact: false,
-            worn: worn(heads.as_ref()),
+            worn: self.worn(heads.as_ref()),
             heads,
             are_heads_certain: false,
-        });
+        })
     }
-    let closeness = closeness(&target_shape, &goal, whole);
-    if options.align == Align::None || closeness < SAME {
-        let may_wear = component_count(&target_shape) > component_count(&goal.shape);
+
+    /// `None` if the target has to be moved.
+    fn by_positions(&self) -> Option<Placement> {
+        /// Median distance, as a share of the size, of surfaces that are the same.
+        const SAME: f64 = 0.004;
+        let closeness = closeness(&self.shape, &self.goal, self.size());
+        let is_in_place = self.align == Align::None || closeness < SAME;
+        if !is_in_place {
+            return None;
+        }
+        let may_wear = component_count(&self.shape) > component_count(&self.goal.shape);
         let are_needed = may_wear || closeness >= SAME;
-        let heads = if are_needed { Heads::find(source, target).ok() } else { None };
-        return Ok(Placement {
+        let heads = if are_needed { Heads::find(self.source, self.target).ok() } else { None };
+        Some(Placement {
             aligned_by: "positions",
             transform: Similarity::IDENTITY,
-            center,
-            unit: whole,
+            center: self.center(),
+            unit: self.size(),
             landmarks: Vec::new(),
             is_exact: closeness < SAME / 4.0,
-            worn: worn(heads.as_ref()),
+            worn: self.worn(heads.as_ref()),
             heads,
             are_heads_certain: false,
-        });
+        })
     }
-    let heads = Heads::find(source, target)
-        .map_err(|(side, reason)| SurfaceError::NoAlignment { side, reason })?;
-    let unit = heads.source.frame().unit * HEAD_PER_EYES;
-    let center = DVec3::from(heads.source.frame().origin);
-    let worn = worn(Some(&heads));
-    let skin = if worn.is_empty() { target_shape } else { target_shape.without(&worn) };
-    let start = heads.alignment(scales).ok_or(SurfaceError::Landmarks { count: 0 })?;
-    let found = align::refine(start, &skin, &goal, unit, scales);
-    // Eyeballs tell which way is up.
-    let is_certain = [source, target].into_iter().all(|mesh| !anatomy::balls(mesh).is_empty());
-    let opposite = if is_certain {
-        None
-    } else {
-        align::opposite(found, &skin, &goal, heads.source.frame(), scales)
-    };
-    // Those of a face that was found upside down are wrong.
-    let landmarks = if opposite.is_some() { Vec::new() } else { heads.on_skin() };
-    Ok(Placement {
-        aligned_by: "heads",
-        transform: opposite.unwrap_or(found),
-        center,
-        unit,
-        landmarks,
-        is_exact: false,
-        heads: Some(heads),
-        are_heads_certain: opposite.is_none(),
-        worn,
-    })
+
+    fn by_heads(self) -> Result<Placement, SurfaceError> {
+        let (source, target) = (self.source, self.target);
+        let heads = Heads::find(source, target)
+            .map_err(|(side, reason)| SurfaceError::NoAlignment { side, reason })?;
+        let unit = heads.source.frame().unit * HEAD_PER_EYES;
+        let center = DVec3::from(heads.source.frame().origin);
+        let (worn, scales) = (self.worn(Some(&heads)), self.scales());
+        let skin = if worn.is_empty() { self.shape } else { self.shape.without(&worn) };
+        let goal = self.goal;
+        let start = heads.alignment(scales).ok_or(SurfaceError::Landmarks { count: 0 })?;
+        let found = align::refine(start, &skin, &goal, unit, scales);
+        // Eyeballs tell which way is up.
+        let is_certain = [source, target].into_iter().all(|mesh| !anatomy::balls(mesh).is_empty());
+        let opposite = if is_certain {
+            None
+        } else {
+            align::opposite(found, &skin, &goal, heads.source.frame(), scales)
+        };
+        // Those of a face that was found upside down are wrong.
+        let landmarks = if opposite.is_some() { Vec::new() } else { heads.on_skin() };
+        Ok(Placement {
+            aligned_by: "heads",
+            transform: opposite.unwrap_or(found),
+            center,
+            unit,
+            landmarks,
+            is_exact: false,
+            heads: Some(heads),
+            are_heads_certain: opposite.is_none(),
+            worn,
+        })
+    }
 }
 
 /// The median distance of the target's points from the source as they are, relative to its size.
@@ -406,8 +467,7 @@ fn closeness(target: &Shape, goal: &Goal, size: f64) -> f64 {
         goal.tree.nearest(point, f64::INFINITY, |_| true).map_or(f64::INFINITY, |at| at.distance)
     };
     let step = (target.points.len() / 2000).max(1);
-    let distances: Vec<f64> = target.points.iter().step_by(step).map(distance).collect();
-    median(&distances) / size
+    median(target.points.iter().step_by(step).map(distance)).unwrap_or(0.0) / size
 }
 
 /// The positions of given landmarks, target first.
@@ -449,12 +509,12 @@ fn anchors(
 fn report(
     placement: &Placement,
     registered: &Shape,
-    laid: &overlay::Overlay,
+    overlay: &overlay::Overlay,
     flipped: usize,
     target: &Mesh,
     surface: &Surface,
 ) -> SurfaceReport {
-    let mut distances = laid.distances.clone();
+    let mut distances = overlay.distances.clone();
     distances.sort_unstable_by(f64::total_cmp);
     let at = |share: f64| {
         let last = distances.len().saturating_sub(1) as f64;
@@ -475,7 +535,7 @@ fn report(
         flipped,
         worn: placement.worn.iter().filter(|is_worn| **is_worn).count(),
         heads_turned: check::heads_turned(placement),
-        covered: share_of_area(surface, &laid.covered),
+        covered: share_of_area(surface, &overlay.covered),
         registered: points,
     }
 }

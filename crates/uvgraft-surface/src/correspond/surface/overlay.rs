@@ -9,7 +9,7 @@
 
 use glam::DVec3;
 
-use super::kinds::Kind;
+use super::kinds::TriangleKind;
 use super::register::Goal;
 use super::shape::Shape;
 use crate::piece::{Piece, Weights};
@@ -41,7 +41,7 @@ const LEAST_AREA: f64 = 1e-9;
 pub(super) fn overlay(
     goal: &Goal,
     target: &Shape,
-    kinds: &[Kind],
+    kinds: &[TriangleKind],
     reach: f64,
     visibility: f64,
 ) -> Overlay {
@@ -54,9 +54,10 @@ pub(super) fn overlay(
         reach,
         visibility,
     };
-    let laid = map_indices(target.triangles.len(), |triangle| context.triangle(triangle as u32));
+    let overlaid =
+        map_indices(target.triangles.len(), |triangle| context.triangle(triangle as u32));
     let mut overlay = Overlay::default();
-    for OverTriangle { pieces, covered, distance } in laid {
+    for OverTriangle { pieces, covered, distance } in overlaid {
         overlay.pieces.extend(pieces);
         overlay.covered.push(covered);
         overlay.distances.extend(distance);
@@ -87,7 +88,7 @@ fn neighbours(shape: &Shape) -> Vec<u32> {
 struct Context<'a> {
     goal: &'a Goal,
     target: &'a Shape,
-    kinds: &'a [Kind],
+    kinds: &'a [TriangleKind],
     normals: Vec<DVec3>,
     neighbours: Vec<u32>,
     reach: f64,
@@ -153,7 +154,7 @@ struct SourceCorner {
 
 impl Context<'_> {
     fn triangle(&self, triangle: u32) -> OverTriangle {
-        /// Gaps that are smaller are where the source ends.
+        /// Gaps that are smaller are where the source ends. Origin not recorded.
         const GAP: f64 = 0.1;
         let Some(frame) = Prism::new(self, triangle) else { return OverTriangle::default() };
         let found = self.lay_over(&frame);
@@ -353,7 +354,7 @@ struct Prism {
     corners: [DVec3; 3],
     normals: [DVec3; 3],
     normal: DVec3,
-    kind: Kind,
+    kind: TriangleKind,
     /// For each corner, its weight at a point: `offset + gradient · p`, by orthogonal projection.
     weights: [(f64, DVec3); 3],
     /// What is farther outside than these weights never projects into the triangle.
@@ -478,6 +479,7 @@ fn seeds([a, b, c]: [DVec3; 3]) -> [DVec3; 4] {
 /// A point's normal, or the nearest direction that rises steeply enough from a triangle: across sharp
 /// folds the mean normal is no direction to project along.
 fn raised(at: DVec3, normal: DVec3) -> DVec3 {
+    /// The sine of 17°.
     const LEAST: f64 = 0.3;
     let along = at.dot(normal);
     match (at - normal * along).try_normalize() {

@@ -3,7 +3,7 @@
 
 use glam::DVec3;
 
-use super::kinds::Kind;
+use super::kinds::TriangleKind;
 use super::overlay::overlay;
 use super::register::Goal;
 use super::shape::Shape;
@@ -58,8 +58,8 @@ pub(in crate::correspond) fn placed(
     let faces_without_place =
         surface.triangles().iter().filter(|points| !has_place(points)).count();
     let goal = Goal::new(Shape::new(&below, to_unit), &Effort::unlimited());
-    let kinds = vec![Kind::ANY; shape.triangles.len()];
-    let laid = overlay(&goal, &shape, &kinds, options.reach, options.visibility);
-    let covered = share_of_area(&surface, &laid.covered);
-    Placed { pieces: laid.pieces, covered, faces_without_place }
+    let kinds = vec![TriangleKind::ANY; shape.triangles.len()];
+    let overlay = overlay(&goal, &shape, &kinds, options.reach, options.visibility);
+    let covered = share_of_area(&surface, &overlay.covered);
+    Placed { pieces: overlay.pieces, covered, faces_without_place }
 }

@@ -10,13 +10,14 @@ use std::sync::Arc;
 use glam::DVec3;
 
 use super::equations::{Anchor, Equations, Stiffness};
-use super::kinds::Kind;
+use super::kinds::TriangleKind;
 use super::shape::Shape;
 use crate::sparse::Filled;
 use crate::threads::map_indices;
 use crate::triangle_tree::{Effort, Nearest, TriangleTree};
 
-/// Stiffness of each stage, as shares of the unit, which is about the height of a head.
+/// Stiffness of each stage, as shares of the unit, which is about the height of a head. The values'
+/// origin is not recorded.
 const STAGES: [Stiffness; 6] = [
     Stiffness { bending: 0.08, membrane: 0.0 },
     Stiffness { bending: 0.05, membrane: 0.0 },
@@ -33,10 +34,10 @@ const REPAIRS: usize = 8;
 /// Steps of each stage, at most.
 const STEPS: usize = 4;
 
-/// Points farther away than this share of the unit are no partners.
+/// Points farther away than this share of the unit are no partners. Origin not recorded.
 const REACH: f64 = 0.08;
 
-/// Least cosine between the normals of a point and of its partner.
+/// Least cosine between the normals of a point and of its partner: 72.5°. Origin not recorded.
 const COMPATIBLE: f64 = 0.3;
 
 /// The surface to reach.
@@ -47,7 +48,7 @@ pub(super) struct Goal {
     /// As [`Shape::open_sides`].
     pub open_sides: Vec<bool>,
     pub tree: TriangleTree,
-    pub kinds: Vec<Kind>,
+    pub kinds: Vec<TriangleKind>,
 }
 
 impl Goal {
@@ -57,7 +58,7 @@ impl Goal {
             face_normals: shape.face_normals(),
             open_sides: shape.open_sides(),
             tree: shape.tree(effort),
-            kinds: vec![Kind::ANY; shape.triangles.len()],
+            kinds: vec![TriangleKind::ANY; shape.triangles.len()],
             shape,
         }
     }
@@ -67,7 +68,7 @@ impl Goal {
     /// - `least`: cosine between the normals.
     pub fn partner(
         &self,
-        kind: Kind,
+        kind: TriangleKind,
         point: DVec3,
         normal: DVec3,
         reach: f64,
@@ -117,7 +118,7 @@ impl Anchors {
 /// [`Filled`] for a shape whose triangles are connected like no surface.
 pub(super) fn register(
     rest: &Shape,
-    kinds: &[Kind],
+    kinds: &[TriangleKind],
     goal: &Goal,
     anchors: &Anchors,
 ) -> Result<Vec<DVec3>, Filled> {
@@ -212,6 +213,7 @@ fn untangle(rest: &Shape, moved: &mut Shape) {
 /// Gives chosen points the mean displacement of their neighbours.
 fn average(rest: &Shape, moved: &mut Shape, chosen: &[bool]) {
     let mut sums = vec![(DVec3::ZERO, 0.0); rest.points.len()];
+    // Inner edges are in two triangles and count twice, which changes means at open edges alone.
     for points in &rest.triangles {
         for k in 0..3 {
             let [one, other] = [points[k], points[(k + 1) % 3]].map(|point| point as usize);
@@ -254,22 +256,22 @@ fn mark_turned_over(rest: &Shape, moved: &Shape, marks: &mut [bool]) -> bool {
 }
 
 /// The kind of each point.
-fn of_points(shape: &Shape, kinds: &[Kind]) -> Vec<Kind> {
-    let mut of_points = vec![None::<Kind>; shape.points.len()];
+fn of_points(shape: &Shape, kinds: &[TriangleKind]) -> Vec<TriangleKind> {
+    let mut of_points = vec![None::<TriangleKind>; shape.points.len()];
     for (points, &kind) in shape.triangles.iter().zip(kinds) {
         for &point in points {
             let of_point = &mut of_points[point as usize];
             *of_point = Some(of_point.map_or(kind, |known| known.joined(kind)));
         }
     }
-    of_points.into_iter().map(|kind| kind.unwrap_or(Kind::ANY)).collect()
+    of_points.into_iter().map(|kind| kind.unwrap_or(TriangleKind::ANY)).collect()
 }
 
 /// Each point's weight, and the displacement that takes it to its partner.
 fn partners(
     rest: &Shape,
     moved: &Shape,
-    kinds: &[Kind],
+    kinds: &[TriangleKind],
     goal: &Goal,
     masses: &[f64],
 ) -> (Vec<f64>, Vec<DVec3>) {

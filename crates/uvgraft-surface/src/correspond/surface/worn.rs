@@ -98,7 +98,7 @@ impl Below {
         /// Part of a strand of hair may lie below the skin, or beyond its end. Parts that continue the
         /// skin lie beyond its end altogether.
         const LEAST: f64 = 0.25;
-        /// Cosine between the skin's normal and the direction to what lies over it.
+        /// Cosine between the skin's normal and the direction to what lies over it: 60°.
         const OVER: f64 = 0.5;
         let samples: Vec<&usize> =
             triangles.iter().step_by(triangles.len().div_ceil(SAMPLES)).collect();

@@ -107,11 +107,11 @@ pub fn link(
     let is_vertex_map = by_vertices.is_some();
     let found = by_vertices.unwrap_or_else(|| {
         let place = |vertex: u32| points[vertex as usize].map(|point| position(&point, onto));
-        let laid = placed(onto, mesh, place, options);
+        let placed = placed(onto, mesh, place, options);
         Linked {
-            pieces: laid.pieces,
-            covered: laid.covered,
-            faces_without_points: laid.faces_without_place,
+            pieces: placed.pieces,
+            covered: placed.covered,
+            faces_without_points: placed.faces_without_place,
         }
     });
     if found.pieces.is_empty() {

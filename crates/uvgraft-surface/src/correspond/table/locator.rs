@@ -48,15 +48,15 @@ impl UvLocator {
         loop {
             let extent = |axis: usize| (high[axis] - low[axis]).max(f64::MIN_POSITIVE);
             let scale = [0, 1].map(|axis| side as f64 / extent(axis));
-            let mut made =
+            let mut locator =
                 Self { triangles, origin: low, scale, side, starts: Vec::new(), faces: Vec::new() };
             // Many large triangles would be in every cell: larger cells bound that.
-            let entries: usize = (0..count).map(|face| made.cells_of(face).count()).sum();
+            let entries: usize = (0..count).map(|face| locator.cells_of(face).count()).sum();
             if side == 1 || entries <= 16 * count + 1024 {
-                made.fill();
-                return made;
+                locator.fill();
+                return locator;
             }
-            triangles = made.triangles;
+            triangles = locator.triangles;
             side /= 2;
         }
     }

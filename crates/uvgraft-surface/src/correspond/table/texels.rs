@@ -13,6 +13,7 @@ use crate::mesh::Mesh;
 use crate::piece::mixed;
 use crate::raster::{ScanTriangle, corners_px};
 use crate::size::Size;
+use crate::statistics::median;
 use crate::threads::map_indices;
 
 /// A corner this close to a source vertex in UV space is that vertex: 0.04 texels at 4096², less than
@@ -102,7 +103,8 @@ impl VertexTable {
             let usable = |texel: usize| claims[texel] == 1;
             fit(&samples(target, face, size, source_uv, usable))
         });
-        let limit = MOST_STRETCH * median(fits.iter().flatten().map(|fit| fit.step));
+        let steps = fits.iter().flatten().map(|fit| fit.step);
+        let limit = MOST_STRETCH * median(steps).unwrap_or(0.0);
         for fit in &mut fits {
             match fit {
                 None => counts.too_few_texels += 1,
@@ -216,12 +218,6 @@ impl Fit {
 
 fn distance(a: [f64; 2], b: [f64; 2]) -> f64 {
     (a[0] - b[0]).hypot(a[1] - b[1])
-}
-
-fn median(values: impl Iterator<Item = f64>) -> f64 {
-    let mut values: Vec<f64> = values.collect();
-    let middle = values.len() / 2;
-    if values.is_empty() { 0.0 } else { *values.select_nth_unstable_by(middle, f64::total_cmp).1 }
 }
 
 /// Where a triangle's corners lie on the source.

@@ -20,14 +20,15 @@ use self::growth::{Grown, Match, Work};
 use self::net::{NONE, Net, merged_triangles, polygons};
 use self::one_side::one_side;
 use self::signature::Candidates;
-use super::similarity::{Similarity, median};
+use super::similarity::Similarity;
 use super::vertex_map::link_faces;
 use crate::disjoint::DisjointSets;
 use crate::mesh::Mesh;
 use crate::piece::Piece;
+use crate::statistics::median;
 use crate::surface::Surface;
 
-/// Least share of the smaller mesh's polygons that must be found in the other.
+/// Least share of the smaller mesh's polygons that must be found in the other. Origin not recorded.
 const ENOUGH: f64 = 0.6;
 
 /// Why connectivity does not link two meshes.
@@ -339,7 +340,7 @@ impl<'a> Search<'a> {
     /// whose points lie closest after alignment is kept. Returns how many ways there were; `None`
     /// if there is none, if positions don't tell them apart, or at the end of the work.
     fn grow_by_position(&mut self, rings: &[u32], aligned: Option<Similarity>) -> Option<usize> {
-        /// How much farther off the second best must be.
+        /// How much farther off the second best must be. Origin not recorded.
         const CLEARLY: f64 = 1.05;
         let halves = rings.iter().flat_map(|&ring| self.nets[0].halves(ring));
         let looked_at = Cell::new(0);
@@ -460,8 +461,8 @@ impl<'a> Search<'a> {
         let offsets: Vec<DVec3> =
             pairs.iter().map(|&[from, to]| to - aligned.apply(from)).collect();
         let mean = offsets.iter().sum::<DVec3>() / offsets.len().max(1) as f64;
-        let deviations: Vec<f64> = offsets.iter().map(|offset| offset.distance(mean)).collect();
-        (mean.length() + median(&deviations)) / extent.max(f64::MIN_POSITIVE)
+        let deviation = median(offsets.iter().map(|offset| offset.distance(mean))).unwrap_or(0.0);
+        (mean.length() + deviation) / extent.max(f64::MIN_POSITIVE)
     }
 
     fn pairs(&self, points: &[u32]) -> Vec<[DVec3; 2]> {

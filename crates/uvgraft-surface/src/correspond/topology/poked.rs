@@ -17,7 +17,7 @@ const CORNERS: std::ops::RangeInclusive<usize> = 3..=4;
 ///
 /// `None` if there are few such fans: points of this valence are then ordinary ones.
 pub(super) fn without_centres(rings: &[Vec<u32>]) -> Option<Vec<Vec<u32>>> {
-    /// Least share of rings in fans.
+    /// Least share of rings in fans. Origin not recorded.
     const ENOUGH: f64 = 0.25;
     let mut at_point: Vec<(u32, u32)> = Vec::with_capacity(4 * rings.len());
     for (index, ring) in (0..).zip(rings) {
@@ -37,11 +37,11 @@ pub(super) fn without_centres(rings: &[Vec<u32>]) -> Option<Vec<Vec<u32>>> {
     // Centres have the fewest triangles; the corners around them have two for each polygon.
     fans.sort_by_key(|(group, _)| group.len());
     let mut is_joined = vec![false; rings.len()];
-    let mut made = Vec::new();
+    let mut merged = Vec::new();
     for (group, ring) in fans {
         if group.iter().all(|&(_, ring)| !is_joined[ring as usize]) {
             group.iter().for_each(|&(_, ring)| is_joined[ring as usize] = true);
-            made.push(ring);
+            merged.push(ring);
         }
     }
     let joined = is_joined.iter().filter(|is_joined| **is_joined).count();
@@ -49,8 +49,8 @@ pub(super) fn without_centres(rings: &[Vec<u32>]) -> Option<Vec<Vec<u32>>> {
         return None;
     }
     let left = rings.iter().zip(is_joined).filter(|(_, is_joined)| !is_joined);
-    made.extend(left.map(|(ring, _)| ring.clone()));
-    Some(made)
+    merged.extend(left.map(|(ring, _)| ring.clone()));
+    Some(merged)
 }
 
 /// The side of a triangle that is opposite to a point.
@@ -220,13 +220,13 @@ mod tests {
         let mut rings = fan(&[0, 1, 2, 3], 4);
         rings.extend(fan(&[1, 5, 2], 6));
         rings.push(vec![0, 3, 7]);
-        let mut made = without_centres(&rings).unwrap();
-        for ring in &mut made {
+        let mut merged = without_centres(&rings).unwrap();
+        for ring in &mut merged {
             let least = ring.iter().enumerate().min_by_key(|(_, point)| **point).unwrap().0;
             ring.rotate_left(least);
         }
-        made.sort();
-        assert_eq!(made, [vec![0, 1, 2, 3], vec![0, 3, 7], vec![1, 5, 2]]);
+        merged.sort();
+        assert_eq!(merged, [vec![0, 1, 2, 3], vec![0, 3, 7], vec![1, 5, 2]]);
         // An open fan is none.
         assert_eq!(without_centres(&fan(&[0, 1, 2, 3], 4)[..3]), None);
         assert_eq!(without_centres(&[]), None);

@@ -6,6 +6,7 @@
 //! mirror-symmetric about the half-edge.
 
 use super::net::{NONE, Net};
+use crate::bits::mixed;
 
 /// Rounds of refinement. Each reaches about one ring farther; near the border of a part that was
 /// cut out of a mesh, signatures differ from the whole mesh's up to this far.
@@ -19,7 +20,7 @@ pub(super) fn signatures(net: &Net) -> Vec<u64> {
         .map(|half| {
             let ring = net.halves(net.ring_of[half as usize]).len() as u64;
             let valence = net.valence[net.points[half as usize] as usize];
-            mixed(&[ring, u64::from(valence)])
+            combined(&[ring, u64::from(valence)])
         })
         .collect();
     for _ in 0..ROUNDS {
@@ -34,21 +35,16 @@ pub(super) fn signatures(net: &Net) -> Vec<u64> {
                     [net.next(beyond), net.previous(beyond)]
                 };
                 let near = [half, net.next(half), net.previous(half), beyond, around, back];
-                mixed(&near.map(at))
+                combined(&near.map(at))
             })
             .collect();
     }
     current
 }
 
-/// Mixes words into one, in order: the finaliser of SplitMix64 (Steele, Lea and Flood, 2014).
-fn mixed(words: &[u64]) -> u64 {
-    words.iter().fold(0x9e37_79b9_7f4a_7c15, |state, &word| {
-        let mut mix = (state ^ word).wrapping_add(0x9e37_79b9_7f4a_7c15);
-        mix = (mix ^ (mix >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
-        mix = (mix ^ (mix >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
-        mix ^ (mix >> 31)
-    })
+/// Words mixed into one, in order.
+fn combined(words: &[u64]) -> u64 {
+    words.iter().fold(0x9e37_79b9_7f4a_7c15, |state, &word| mixed(state ^ word))
 }
 
 /// Half-edges of two nets with the same signature.

@@ -6,6 +6,7 @@
 //! either. Last, texels near edges are divided, and small holes are filled.
 
 use uvgraft_surface::easing::smoothstep;
+use uvgraft_surface::statistics::median;
 use uvgraft_surface::threads::{for_each_chunk, map_indices};
 
 use super::grow::{Growth, divided, parts};
@@ -147,6 +148,8 @@ impl<'a> Decision<'a> {
             is_skin: vec![false; texels],
         };
         decision.compare(colors, &of_face);
+        // A fringe and glasses lie in the face's areas too; growth from them would follow hair and
+        // cloth of their colour.
         let is_plain = |&&texel: &&u32| {
             let Deviation { hue, light, .. } = decision.deviation[texel as usize];
             hue < 2.0 && light.abs() < 0.4
@@ -157,6 +160,7 @@ impl<'a> Decision<'a> {
             seeds = body.neck.iter().chain(&body.hands).filter(is_plain).copied().collect();
         }
         decision.grow(&seeds);
+        // Where the chin's shadow ends in an edge, growth stops short of the neck.
         decision.add_area(&body.neck, Limits { hue: 1.2, both: 2.2, light: 0.16 });
         // Hands and feet have the tone of the neck, so add its own where growth reached it.
         let neck = body.neck.iter().filter(|&&texel| decision.growth.has(texel));
@@ -216,10 +220,8 @@ impl<'a> Decision<'a> {
         let step = part.len().div_ceil(MAX_COLORS).max(1);
         let median = |value: fn(&Deviation) -> f32| {
             let texels = part.iter().step_by(step);
-            let mut values: Vec<f32> =
-                texels.map(|&texel| value(&self.deviation[texel as usize])).collect();
-            let middle = values.len() / 2;
-            *values.select_nth_unstable_by(middle, f32::total_cmp).1
+            let values = texels.map(|&texel| value(&self.deviation[texel as usize]));
+            median(values).unwrap_or_default()
         };
         Likeness {
             hue: median(|deviation| deviation.hue),
@@ -297,6 +299,7 @@ impl<'a> Decision<'a> {
         };
         let mut found = parts(self.body, self.steps, CUT, from, is_like);
         found.retain(|part| part.len() >= self.share(MIN_PART));
+        // What is accepted first is skin that later parts are compared with.
         found.sort_by_key(|part| std::cmp::Reverse(part.len()));
         found
     }
@@ -373,6 +376,7 @@ impl<'a> Decision<'a> {
         let is_free =
             |at: usize| body.bits[at].is_covered() && known[at] >= 0.5 && !steps.barrier.narrow[at];
         let mut side = map_indices(known.len(), |at| {
+            // Within the barrier growth may have crossed the very edge it marks: decided anew.
             (is_free(at) && self.growth.has_core(steps, at as u32)).then_some(true)
         });
         let is_other = |texel: u32| is_free(texel as usize) && !self.growth.has(texel);
@@ -397,6 +401,8 @@ impl<'a> Decision<'a> {
                 continue;
             }
             let Likeness { hue, light } = self.likeness(&part);
+            // Larger flecks only where they are not lighter: moles, nipples and hairs are darker
+            // than skin.
             if part.len() <= most || (hue < 4.0 && light < 0.15) {
                 part.into_iter().for_each(|texel| self.is_skin[texel as usize] = true);
             }
@@ -417,6 +423,7 @@ impl<'a> Decision<'a> {
                 let skin = |at: usize| f32::from(u8::from(self.is_skin[at]));
                 let at = |near: u32| skin(if near == NONE { texel } else { near as usize });
                 let around = grid.beside(texel as u32).map(at).into_iter().sum::<f32>();
+                // Half from the neighbours, or edges would be staircases of texels.
                 let soft = 0.5 * skin(texel) + 0.125 * around;
                 *level = (soft * self.known[texel] * 255.0 + 0.5) as u8;
             }
@@ -433,6 +440,7 @@ impl<'a> Decision<'a> {
 /// The skin weight of a texel of the head: half on lips, 0 on eyes, brows and hair.
 fn share_of_skin(detail: &Detail, deviation: &Deviation) -> f32 {
     let Deviation { hue, pale, light } = *deviation;
+    // The limits are those of `Finder::weights` in `find`, with lightness relative to all skin.
     let [lips, sockets] = [detail.lips, detail.sockets].map(|area| smoothstep(0.1, 0.5, area));
     let dark = |from: f32, to: f32| smoothstep(from, to, -light);
     let white = smoothstep(3.0, 5.0, pale) * smoothstep(-0.7, -0.3, light);

@@ -4,6 +4,7 @@
 //! shading and soft shadows extend over many texels, while an edge ends after a few.
 
 use fearless_simd::{Level, Simd};
+use uvgraft_surface::statistics::order_statistic;
 use uvgraft_surface::threads::{for_each, map_indices};
 
 use super::barrier::{Barrier, FAINT, barrier};
@@ -43,6 +44,7 @@ type Lab = [f32; 4];
 fn lab(rgb: [f32; 3]) -> Lab {
     let [r, g, b] = rgb.map(|value| value.clamp(0.0, 1.0));
     [
+        // Rows sum to 100, 0 and 0: white is white, and greys have no hue.
         29.0 * r + 65.0 * g + 6.0 * b,
         108.0 * r - 143.0 * g + 35.0 * b,
         44.0 * r + 91.0 * g - 135.0 * b,
@@ -311,10 +313,6 @@ fn slope(grid: &LayoutGrid, values: &[Lab], texel: usize, side: usize) -> Option
 }
 
 /// The noise level of an area: [`NOISE`] times the 90th percentile of its texels' steepness.
-fn noise_of(mut edges: Vec<f32>) -> f32 {
-    if edges.is_empty() {
-        return 0.0;
-    }
-    let most = edges.len() * 9 / 10;
-    NOISE * *edges.select_nth_unstable_by(most, f32::total_cmp).1
+fn noise_of(edges: Vec<f32>) -> f32 {
+    NOISE * order_statistic(edges, |count| count * 9 / 10).unwrap_or(0.0)
 }

@@ -33,7 +33,8 @@ const VALUE_BITS: u32 = WEIGHT_BITS + ROW_BITS;
 /// Fraction bits of the sum of a texel's samples, of which there may be 1024.
 const SUM_BITS: u32 = 12;
 
-/// Mean error of truncating the rows of a window, added back to its value.
+/// Mean error of truncating the rows of a window, added back to its value. Half a unit of each row,
+/// times weights that add up to 1.
 const LOST: i32 = 1 << (WEIGHT_BITS - 1);
 
 /// The filtered value at a position, with [`VALUE_BITS`] fraction bits.

@@ -22,6 +22,7 @@ pub(super) trait WholeTaps: Taps {
 impl WholeTaps for Bilinear {
     #[inline(always)]
     fn whole_weights(bits: u32) -> [i16; MAX_TAPS] {
+        // They add up to 1 exactly: areas of one colour keep it.
         let high = (bits >> (32 - WEIGHT_BITS)) as i16;
         [ONE - high, high, 0, 0, 0, 0]
     }
@@ -59,7 +60,7 @@ pub(super) struct Lanczos {
 impl Lanczos {
     pub const PHASE_BITS: u32 = 10;
     const PHASES: usize = 1 << Self::PHASE_BITS;
-    /// Fraction bits of the position between two phases.
+    /// Fraction bits of the position between two phases. As many as `vpmulhrsw` shifts products by.
     pub const PART_BITS: u32 = 15;
 
     /// The phase before a position, and the fraction beyond it, below 2^[`Lanczos::PART_BITS`].

@@ -4,7 +4,8 @@
 //! which its texels are one to two texels apart, with 2 × 2 bilinear samples for each, and the
 //! photograph itself where it is magnified.
 
-use uvgraft::{Encoding, Texels, Texture, color, threads};
+use uvgraft::sampler::{Beyond, bilinear};
+use uvgraft::{Encoding, Size, Texels, Texture, color, threads};
 
 /// A colour as networks expect it: sRGB in `0.0..=1.0`.
 type Color = [f32; 3];
@@ -15,9 +16,9 @@ const BACKDROP: f32 = 0.5;
 /// Levels larger than this a side are not stored; crops of huge photographs take more samples instead.
 const MAX_STORED_SIDE: usize = 4096;
 
-/// A photograph and its reductions.
+/// A photograph and its reductions, from which networks get their crops.
 #[derive(Debug)]
-pub(super) struct Picture<'t> {
+pub(super) struct PhotoPyramid<'t> {
     texture: &'t Texture,
     levels: Vec<Level>,
 }
@@ -43,15 +44,6 @@ pub(super) struct Crop {
     pub(super) angle: f64,
 }
 
-/// What a crop reads outside the photograph.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) enum Outside {
-    /// Black, as the detector was trained with.
-    Black,
-    /// The nearest texel.
-    Nearest,
-}
-
 impl Crop {
     /// The position in the photograph of a position in the crop, both sides of which have length 1.
     pub(super) fn position(&self, [u, v]: [f64; 2]) -> [f64; 2] {
@@ -66,7 +58,7 @@ impl Crop {
     }
 }
 
-impl<'t> Picture<'t> {
+impl<'t> PhotoPyramid<'t> {
     pub(super) fn new(texture: &'t Texture) -> Self {
         let size = texture.size();
         let longest = size.width.max(size.height) as usize;
@@ -93,8 +85,9 @@ impl<'t> Picture<'t> {
         [f64::from(size.width), f64::from(size.height)]
     }
 
-    /// A crop as `resolution` × `resolution` colours, row by row.
-    pub(super) fn crop(&self, crop: &Crop, resolution: usize, outside: Outside) -> Vec<Color> {
+    /// A crop as `resolution` × `resolution` colours, row by row. Beyond the photograph it is black for
+    /// the detector, as it was trained with.
+    pub(super) fn crop(&self, crop: &Crop, resolution: usize, beyond: Beyond) -> Vec<Color> {
         let step = crop.side / resolution as f64;
         let level = self.levels.iter().rev().find(|level| level.scale as f64 <= step);
         let scale = level.map_or(1.0, |level| level.scale as f64);
@@ -108,7 +101,7 @@ impl<'t> Picture<'t> {
                     let x = (column * samples + index % samples) as f64 + 0.5;
                     let y = (row * samples + index / samples) as f64 + 0.5;
                     let place = crop.position([x / fine, y / fine]);
-                    let color = self.sample(level, place.map(|at| at / scale), outside);
+                    let color = self.sample(level, place.map(|at| at / scale), beyond);
                     (0..3).for_each(|channel| sum[channel] += color[channel]);
                 }
                 sum.map(|value| value * weight)
@@ -119,33 +112,12 @@ impl<'t> Picture<'t> {
     }
 
     /// The bilinear sample at a position in texels of a level, or of the photograph.
-    fn sample(&self, level: Option<&Level>, [x, y]: [f64; 2], outside: Outside) -> Color {
-        let (width, height) = level.map_or_else(
-            || (self.texture.size().width as usize, self.texture.size().height as usize),
-            |level| (level.width, level.height),
-        );
-        let (x, y) = (x - 0.5, y - 0.5);
-        let (left, top) = (x.floor(), y.floor());
-        let (fx, fy) = ((x - left) as f32, (y - top) as f32);
-        let (left, top) = (left as i64, top as i64);
-        let texel = |x: i64, y: i64| {
-            let (last_x, last_y) = (width as i64 - 1, height as i64 - 1);
-            let is_inside = (0..=last_x).contains(&x) && (0..=last_y).contains(&y);
-            if !is_inside && outside == Outside::Black {
-                return [0.0; 3];
-            }
-            let (x, y) = (x.clamp(0, last_x) as usize, y.clamp(0, last_y) as usize);
-            level.map_or_else(
-                || color_at(self.texture, y * width + x),
-                |level| level.colors[y * width + x],
-            )
-        };
-        let [a, b] = [texel(left, top), texel(left + 1, top)];
-        let [c, d] = [texel(left, top + 1), texel(left + 1, top + 1)];
-        std::array::from_fn(|channel| {
-            let above = a[channel] + (b[channel] - a[channel]) * fx;
-            let below = c[channel] + (d[channel] - c[channel]) * fx;
-            above + (below - above) * fy
+    fn sample(&self, level: Option<&Level>, at_px: [f64; 2], beyond: Beyond) -> Color {
+        let full = self.texture.size();
+        let size = level.map_or(full, |level| Size::new(level.width as u32, level.height as u32));
+        bilinear(size, at_px, beyond, |x, y| {
+            let index = y as usize * size.width as usize + x as usize;
+            level.map_or_else(|| color_at(self.texture, index), |level| level.colors[index])
         })
     }
 }
@@ -244,10 +216,10 @@ mod tests {
     #[test]
     fn crops_read_what_lies_under_their_texels() {
         let texture = ramp(300, 200);
-        let picture = Picture::new(&texture);
+        let picture = PhotoPyramid::new(&texture);
         for (side, angle) in [(20.0, 0.0), (80.0, 0.3), (110.0, -2.0), (60.0, 1.57)] {
             let crop = Crop { center: [150.0, 100.0], side, angle };
-            let colors = picture.crop(&crop, 16, Outside::Black);
+            let colors = picture.crop(&crop, 16, Beyond::Zero);
             for (index, color) in colors.iter().enumerate() {
                 let at = [index % 16, index / 16].map(|at| (at as f64 + 0.5) / 16.0);
                 let wanted = crop.position(at).map(|at| (at - 0.5) / 1000.0);
@@ -266,7 +238,7 @@ mod tests {
         let texture =
             Texture::new(size, Channels::Grey, Encoding::Srgb, Texels::U8(values)).unwrap();
         let crop = Crop { center: [256.0; 2], side: 400.0, angle: 0.0 };
-        for color in Picture::new(&texture).crop(&crop, 128, Outside::Black) {
+        for color in PhotoPyramid::new(&texture).crop(&crop, 128, Beyond::Zero) {
             assert!((color[0] - 0.5).abs() < 0.01, "{color:?}");
         }
     }
@@ -278,9 +250,9 @@ mod tests {
             Texture::filled(size, Channels::Grey, Encoding::Srgb, uvgraft::Depth::U8, &[1.0]);
         let texture = texture.unwrap();
         let crop = Crop { center: [20.0; 2], side: 8.0, angle: 0.0 };
-        let picture = Picture::new(&texture);
-        assert_eq!(picture.crop(&crop, 2, Outside::Black), [[0.0; 3]; 4]);
-        assert_eq!(picture.crop(&crop, 2, Outside::Nearest), [[1.0; 3]; 4]);
+        let picture = PhotoPyramid::new(&texture);
+        assert_eq!(picture.crop(&crop, 2, Beyond::Zero), [[0.0; 3]; 4]);
+        assert_eq!(picture.crop(&crop, 2, Beyond::Edge), [[1.0; 3]; 4]);
     }
 
     #[test]

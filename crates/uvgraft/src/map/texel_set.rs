@@ -8,19 +8,20 @@ use uvgraft_surface::threads::map_indices_with;
 
 use super::FAR_PX;
 use super::coverage::LayoutTriangles;
-use super::rows::{BLOCK_ROWS, Draft, Rows};
+use super::rows::{BLOCK_ROWS, Draft, RowLists};
 use super::tiles::{TILE, Tiles};
 use super::{Patch, SamplingMap};
 use crate::texture::Size;
 
-/// A set of texels: for each row sorted ranges of columns that do not touch.
+/// A set of texels of a texture of one size, whereas a [`Selection`](crate::blend::Selection) is a part
+/// of a surface: for each row sorted ranges of columns that do not touch.
 #[derive(Debug, Clone)]
-pub(crate) struct Region {
+pub(crate) struct TexelSet {
     size: Size,
-    rows: Rows<Range<u32>>,
+    rows: RowLists<Range<u32>>,
 }
 
-impl Region {
+impl TexelSet {
     /// The texels that a layout covers. Outside the `needed` tiles some may be missing.
     pub fn covered(mesh: &Mesh, size: Size, needed: &Tiles) -> Self {
         let layout = LayoutTriangles::new(mesh, size);
@@ -54,7 +55,7 @@ impl Region {
             }
             draft.block()
         });
-        Self { size, rows: Rows::new(blocks) }
+        Self { size, rows: RowLists::new(blocks) }
     }
 
     /// The texels owned by pieces whose patches are `needed`.
@@ -79,7 +80,7 @@ impl Region {
             }
             draft.block()
         });
-        Self { size, rows: Rows::new(blocks) }
+        Self { size, rows: RowLists::new(blocks) }
     }
 
     pub fn size(&self) -> Size {

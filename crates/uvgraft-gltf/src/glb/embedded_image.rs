@@ -5,32 +5,32 @@ use std::io::Cursor;
 use uvgraft::{Depth, Encoding, Size, Texels, Texture};
 use uvgraft_image::{self as image, Format, WriteOptions};
 
+use super::embed_error::{EmbedError, EmbeddedFormat};
 use super::ktx2_header;
-use super::picture_error::{PictureError, PictureFormat};
 
-/// An encoded image.
+/// An encoded image as GLB files embed it, with its size and format, where a
+/// [`Texture`] has decoded texels.
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub struct Picture {
+pub struct EmbeddedImage {
     bytes: Vec<u8>,
-    format: PictureFormat,
+    format: EmbeddedFormat,
     size: Size,
-    fallback: Option<Box<Self>>,
 }
 
-impl Picture {
+impl EmbeddedImage {
     /// Wraps an encoded image unchanged; only its header is read.
     ///
     /// # Errors
-    /// [`PictureError`] if its format is not one of the four, or its header is damaged.
-    pub fn new(bytes: Vec<u8>) -> Result<Self, PictureError> {
+    /// [`EmbedError`] if its format is not one of the four, or its header is damaged.
+    pub fn new(bytes: Vec<u8>) -> Result<Self, EmbedError> {
         if bytes.starts_with(&ktx2_header::KTX2_IDENTIFIER) {
             let size = ktx2_header::size(&bytes)?;
-            return Ok(Self { bytes, format: PictureFormat::Ktx2, size, fallback: None });
+            return Ok(Self { bytes, format: EmbeddedFormat::Ktx2, size });
         }
         let header = image::decode_header(&bytes)?;
-        let format = PictureFormat::of(header.format)
-            .ok_or_else(|| PictureError::Format { found: header.format.name() })?;
-        Ok(Self { bytes, format, size: header.size, fallback: None })
+        let format = EmbeddedFormat::of(header.format)
+            .ok_or_else(|| EmbedError::Format { found: header.format.name() })?;
+        Ok(Self { bytes, format, size: header.size })
     }
 
     /// Encodes a texture with 8 bits for each value; PNG is optimised for speed, not size.
@@ -41,13 +41,13 @@ impl Picture {
     ///   it is colour or data. Sides that are not multiples of 4 are stretched to the next one.
     ///
     /// # Errors
-    /// [`PictureError`] if the format cannot hold a texture of this size, or is KTX2
+    /// [`EmbedError`] if the format cannot hold a texture of this size, or is KTX2
     /// and the feature `ktx2` is off.
     pub fn encode(
         texture: Texture,
-        format: PictureFormat,
+        format: EmbeddedFormat,
         quality: u8,
-    ) -> Result<Self, PictureError> {
+    ) -> Result<Self, EmbedError> {
         let encoding = match texture.encoding() {
             Encoding::Linear => Encoding::Srgb,
             other => other,
@@ -66,34 +66,21 @@ impl Picture {
         let options = WriteOptions::default().jpeg_quality(quality);
         // The reported losses can only be alpha and bit depth, dropped above on purpose.
         let _ = image::encode(&texture.into(), file_format, &options, &mut out)?;
-        Ok(Self { bytes: out.into_inner(), format, size, fallback: None })
+        Ok(Self { bytes: out.into_inner(), format, size })
     }
 
     #[cfg(feature = "ktx2")]
-    fn encode_ktx2(texture: Texture) -> Result<Self, PictureError> {
+    fn encode_ktx2(texture: Texture) -> Result<Self, EmbedError> {
         let channels = texture.channels();
         let texture = texture.converted(channels, Depth::U8);
         let has_alpha = channels.has_alpha() && !is_opaque(&texture);
         let (bytes, size) = super::ktx2::encode(texture, has_alpha)?;
-        Ok(Self { bytes, format: PictureFormat::Ktx2, size, fallback: None })
+        Ok(Self { bytes, format: EmbeddedFormat::Ktx2, size })
     }
 
     #[cfg(not(feature = "ktx2"))]
-    fn encode_ktx2(_: Texture) -> Result<Self, PictureError> {
-        Err(PictureError::NoKtx2)
-    }
-
-    /// Adds a fallback for readers that do not support this image's format. Without one, a WebP or
-    /// KTX2 image makes its extension required.
-    ///
-    /// # Errors
-    /// [`PictureError::Fallback`] unless the fallback is PNG or JPEG.
-    pub fn with_fallback(mut self, fallback: Self) -> Result<Self, PictureError> {
-        if !matches!(fallback.format, PictureFormat::Png | PictureFormat::Jpeg) {
-            return Err(PictureError::Fallback { found: fallback.format });
-        }
-        self.fallback = Some(Box::new(fallback));
-        Ok(self)
+    fn encode_ktx2(_: Texture) -> Result<Self, EmbedError> {
+        Err(EmbedError::NoKtx2)
     }
 
     /// The encoded bytes.
@@ -102,18 +89,13 @@ impl Picture {
     }
 
     /// The image format.
-    pub const fn format(&self) -> PictureFormat {
+    pub const fn format(&self) -> EmbeddedFormat {
         self.format
     }
 
     /// Size in texels.
     pub const fn size(&self) -> Size {
         self.size
-    }
-
-    /// The fallback image.
-    pub fn fallback(&self) -> Option<&Self> {
-        self.fallback.as_deref()
     }
 }
 
@@ -140,13 +122,13 @@ mod tests {
     #[test]
     fn textures_become_files_of_8_bits() {
         for (format, alpha, channels) in [
-            (PictureFormat::Png, 1.0, Channels::Rgb),
-            (PictureFormat::Png, 0.5, Channels::Rgba),
-            (PictureFormat::Jpeg, 0.5, Channels::Rgb),
-            (PictureFormat::WebP, 1.0, Channels::Rgb),
+            (EmbeddedFormat::Png, 1.0, Channels::Rgb),
+            (EmbeddedFormat::Png, 0.5, Channels::Rgba),
+            (EmbeddedFormat::Jpeg, 0.5, Channels::Rgb),
+            (EmbeddedFormat::WebP, 1.0, Channels::Rgb),
         ] {
-            let picture = Picture::encode(texture(alpha), format, 90).unwrap();
-            assert_eq!(Picture::new(picture.bytes().to_vec()).unwrap(), picture);
+            let picture = EmbeddedImage::encode(texture(alpha), format, 90).unwrap();
+            assert_eq!(EmbeddedImage::new(picture.bytes().to_vec()).unwrap(), picture);
             let decoded = image::decode(picture.bytes()).unwrap().texture;
             assert_eq!((decoded.size(), decoded.depth()), (Size::new(4, 2), Depth::U8));
             assert_eq!(decoded.channels(), channels);
@@ -157,32 +139,30 @@ mod tests {
 
     #[test]
     fn formats_unknown_to_gltf_are_rejected() {
-        Picture::new(b"hello, not an image".to_vec()).unwrap_err();
+        EmbeddedImage::new(b"hello, not an image".to_vec()).unwrap_err();
         let mut tiff = Cursor::new(Vec::new());
         let options = WriteOptions::default();
         let _ = image::encode(&texture(1.0).into(), Format::TIFF, &options, &mut tiff).unwrap();
-        let error = Picture::new(tiff.into_inner()).unwrap_err();
-        assert!(matches!(error, PictureError::Format { found: "TIFF" }), "{error}");
-        let webp = Picture::encode(texture(1.0), PictureFormat::WebP, 90).unwrap();
-        assert!(matches!(webp.clone().with_fallback(webp), Err(PictureError::Fallback { .. })));
+        let error = EmbeddedImage::new(tiff.into_inner()).unwrap_err();
+        assert!(matches!(error, EmbedError::Format { found: "TIFF" }), "{error}");
     }
 
     #[test]
     #[cfg(not(feature = "ktx2"))]
     fn builds_without_the_encoder_say_which_have_it() {
-        let error = Picture::encode(texture(1.0), PictureFormat::Ktx2, 90).unwrap_err();
-        assert!(matches!(error, PictureError::NoKtx2));
+        let error = EmbeddedImage::encode(texture(1.0), EmbeddedFormat::Ktx2, 90).unwrap_err();
+        assert!(matches!(error, EmbedError::NoKtx2));
         assert!(error.to_string().contains("feature `ktx2`"), "{error}");
     }
 
     #[test]
     fn ktx2_headers_are_validated() {
         let file = |words: &[u32]| {
-            let words = words.iter().flat_map(|word| word.to_le_bytes());
+            let words = words.iter().chain(&[0; 9]).flat_map(|word| word.to_le_bytes());
             ktx2_header::KTX2_IDENTIFIER.into_iter().chain(words).collect::<Vec<u8>>()
         };
-        let picture = Picture::new(file(&[0, 1, 64, 32, 0, 0, 1, 7])).unwrap();
-        assert_eq!((picture.format(), picture.size()), (PictureFormat::Ktx2, Size::new(64, 32)));
+        let picture = EmbeddedImage::new(file(&[0, 1, 64, 32, 0, 0, 1, 7])).unwrap();
+        assert_eq!((picture.format(), picture.size()), (EmbeddedFormat::Ktx2, Size::new(64, 32)));
         for wrong in [
             &[0, 1, 64][..],
             &[37, 1, 64, 32, 0, 0, 1, 7],
@@ -190,7 +170,7 @@ mod tests {
             &[0, 1, 0, 32, 0, 0, 1, 7],
             &[0, 1, 64, 32, 0, 0, 6, 7],
         ] {
-            assert!(matches!(Picture::new(file(wrong)), Err(PictureError::Ktx2 { .. })));
+            assert!(matches!(EmbeddedImage::new(file(wrong)), Err(EmbedError::Ktx2 { .. })));
         }
     }
 }

@@ -1,13 +1,13 @@
 //! Image files in formats that every browser supports.
 
-/// The bytes of an image file, whose format is detected from its signature.
+/// The bytes of an image file that browsers show as it is; only its signature is read.
 #[derive(Debug, Clone, Copy)]
-pub struct Picture<'a> {
+pub struct WebImage<'a> {
     bytes: &'a [u8],
     media_type: &'static str,
 }
 
-impl<'a> Picture<'a> {
+impl<'a> WebImage<'a> {
     /// File extensions of the supported formats, for messages.
     pub const EXTENSIONS: &'static str = ".png, .jpg or .webp";
 
@@ -42,7 +42,7 @@ mod tests {
 
     #[test]
     fn formats_are_detected_from_signatures() {
-        let kind = |bytes| Picture::new(bytes).map(|picture| picture.media_type());
+        let kind = |bytes| WebImage::new(bytes).map(|picture| picture.media_type());
         assert_eq!(kind(b"\x89PNG\r\n\x1a\n..."), Some("image/png"));
         assert_eq!(kind(b"\xff\xd8\xff\xe0"), Some("image/jpeg"));
         assert_eq!(kind(b"RIFF\x10\0\0\0WEBPVP8 "), Some("image/webp"));

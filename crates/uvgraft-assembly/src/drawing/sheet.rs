@@ -9,8 +9,8 @@ use uvgraft_pipeline::{Blame, Failure, Result};
 use super::canvas::Canvas;
 use super::font::FontSize;
 
-/// An 8-bit RGB canvas.
-pub struct Picture {
+/// A picture that is drawn: an 8-bit RGB canvas for panels, lines and captions.
+pub struct Sheet {
     size: Size,
     values: Vec<u8>,
 }
@@ -35,7 +35,7 @@ pub fn check_name(path: &Path, what: &str) -> Result<()> {
     }
 }
 
-impl Picture {
+impl Sheet {
     /// A picture of one colour.
     pub fn new(size: Size, background: Rgb) -> Self {
         Self { size, values: background.repeat(size.texels()) }
@@ -94,7 +94,7 @@ impl Picture {
         }
     }
 
-    /// The width of a text drawn by [`Picture::text`], in pixels.
+    /// The width of a text drawn by [`Sheet::text`], in pixels.
     pub fn text_width(text: &str, scale: u32) -> u32 {
         text.chars().count() as u32 * FontSize::new(scale).width()
     }

@@ -21,7 +21,7 @@ use super::request::PhotoOptions;
 use super::tracked;
 
 /// A head fitted to photographs, and its texture.
-pub struct MadeSelfie {
+pub struct FittedSelfie {
     /// What to call the head.
     pub(super) name: String,
     pub(crate) head: Head,
@@ -30,7 +30,7 @@ pub struct MadeSelfie {
     pub(super) pixels: Vec<Texture>,
     /// In pixels of whole photographs.
     pub(crate) fit: Fit,
-    pub(crate) made: SelfieTexture,
+    pub(crate) textured: SelfieTexture,
 }
 
 /// The head to fit.
@@ -45,7 +45,7 @@ pub(crate) struct GivenHead {
 /// Number of pixels that are kept of all photographs together.
 const MOST_PIXELS: usize = 64_000_000;
 
-impl MadeSelfie {
+impl FittedSelfie {
     /// - `size`: of the texture.
     ///
     /// # Errors
@@ -98,18 +98,18 @@ impl MadeSelfie {
         observer.begin("making the texture")?;
         let mut texturing = TextureOptions::default();
         (texturing.size, texturing.relight) = (size, options.relight);
-        let made = textured(&head, &of_windows, &pixels, &texturing).or_input()?;
-        Ok(Self { name, head, photos, pixels, fit, made })
+        let textured = textured(&head, &of_windows, &pixels, &texturing).or_input()?;
+        Ok(Self { name, head, photos, pixels, fit, textured })
     }
 
     /// The texture, in the head's UV layout.
     pub fn texture(&self) -> &Texture {
-        &self.made.texture
+        &self.textured.texture
     }
 
     /// What the photographs show of the texture: grey, white where a texel is known fully.
     pub fn known(&self) -> &Texture {
-        &self.made.known
+        &self.textured.known
     }
 
     /// What to call the first photograph in messages.
@@ -137,7 +137,7 @@ impl MadeSelfie {
             Area::EyeSockets,
             Area::Brows,
         ];
-        let (mesh, known) = (self.head.mesh(), &self.made.known);
+        let (mesh, known) = (self.head.mesh(), &self.textured.known);
         let of_vertex = |vertex: u32| {
             let weight = |area| self.head.anatomy().area(area)[vertex as usize];
             FACE.into_iter().map(weight).fold(0.0, f32::max)

@@ -126,15 +126,15 @@ impl Analysis {
 
 impl Shared {
     /// Transfers a texture.
-    pub(crate) fn carry(&self, call: &Call<'_>) -> Outcome {
+    pub(crate) fn transfer(&self, call: &Call<'_>) -> Outcome {
         let mut log = Log::default();
-        let result = self.try_carry(call, &mut log);
+        let result = self.try_transfer(call, &mut log);
         Outcome { result, log }
     }
 
     /// Decodes the source while the graft is prepared, finds the tone, and streams the base through
     /// the overlay band by band.
-    fn try_carry(&self, call: &Call<'_>, log: &mut Log) -> Result<Done> {
+    fn try_transfer(&self, call: &Call<'_>, log: &mut Log) -> Result<Done> {
         call.observer.check()?;
         let source = call.source.open(self.options.values.space())?;
         let size = source.spec().size;

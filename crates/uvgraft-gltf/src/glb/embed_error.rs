@@ -5,7 +5,7 @@ use uvgraft_image::{EncodeError, Format, ImageError};
 
 /// An image format of GLB files.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
-pub enum PictureFormat {
+pub enum EmbeddedFormat {
     /// Lossless; supported by all readers.
     Png,
     /// Lossy, without alpha; supported by all readers.
@@ -16,14 +16,14 @@ pub enum PictureFormat {
     Ktx2,
 }
 
-uvgraft::choices!(PictureFormat {
+uvgraft::choices!(EmbeddedFormat {
     Png => "png", "Lossless, supported everywhere";
     Jpeg => "jpeg", "Lossy and small, supported everywhere";
     WebP => "webp", "Lossless and smaller than PNG, supported by browsers and Blender";
     Ktx2 => "ktx2", "Stays compressed on the GPU; needs a build with the feature `ktx2`";
 });
 
-impl PictureFormat {
+impl EmbeddedFormat {
     /// The format of an image file; `None` for those that glTF does not support.
     pub fn of(format: Format) -> Option<Self> {
         let is_it = |it: &Self| it.mime_type() == format.codec().media_type;
@@ -44,7 +44,7 @@ impl PictureFormat {
 /// Why an image cannot be embedded in a GLB file.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
-pub enum PictureError {
+pub enum EmbedError {
     /// The image is damaged, or its format is unknown.
     #[error(transparent)]
     Image(#[from] ImageError),
@@ -59,12 +59,6 @@ pub enum PictureError {
     Ktx2 {
         /// The problem, to complete "a KTX2 image ...".
         problem: &'static str,
-    },
-    /// A fallback image is neither PNG nor JPEG.
-    #[error("a fallback image must be PNG or JPEG, got {found:?}")]
-    Fallback {
-        /// The format.
-        found: PictureFormat,
     },
     /// The encoder failed.
     #[error(transparent)]

@@ -1,14 +1,17 @@
-//! The face on the body's texture.
+//! Transfers the face onto the body's texture.
 
+use std::path::Path;
 use std::sync::Arc;
 
-use uvgraft::{Averaging, BlendDomain, Direction, Filter, Graft, Size, Sizes, Texture};
+use uvgraft::{
+    Averaging, BlendDomain, Direction, Filter, Graft, Size, Sizes, Texture, ToneCorrection,
+};
 use uvgraft_figure::{Figure, paint_body};
 use uvgraft_gltf::preset::Preset;
 use uvgraft_image as image;
 use uvgraft_io::pair_file::PairFile;
 use uvgraft_pipeline::{
-    BaseSource, Blame, Failure, KnownTexels, Observer, Result, Unit, Values, exclusion_note,
+    BaseSource, Blame, Failure, KnownTexels, Observer, Region, Result, Unit, Values, exclusion_note,
 };
 
 use super::face::Face;
@@ -18,7 +21,7 @@ use super::request::{AvatarRequest, Body, TextureLayout};
 use crate::{pair_picture, skin};
 
 /// The textures of an avatar.
-pub(super) struct Dressed<'a> {
+pub(super) struct AvatarTextures<'a> {
     /// The body's colours with the face.
     pub(super) body: Texture,
     /// The head's own texture, if it keeps its layout.
@@ -34,7 +37,7 @@ pub(super) struct Dressed<'a> {
 /// The base texture, at the requested size.
 ///
 /// - `preset`: limits the size of the result.
-pub(super) fn base(request: &AvatarRequest, preset: Option<&Preset>) -> Result<Texture> {
+pub(super) fn base_texture(request: &AvatarRequest, preset: Option<&Preset>) -> Result<Texture> {
     let asked = request.textures.size;
     let fit = |size: Size| preset.map_or(size, |preset| preset.texture_size(size));
     match &request.onto {
@@ -73,25 +76,21 @@ fn own_skin(request: &AvatarRequest, size: Size) -> Result<Texture> {
 /// Transfers a face onto a base and blends the border according to the options.
 ///
 /// - `preset`: limits the size of the head's own texture.
-pub(super) fn dress<'a>(
+pub(super) fn transfer_face<'a>(
     request: &AvatarRequest,
     file: &PairFile,
     face: Face,
     base: Texture,
     preset: Option<&Preset>,
     observer: &'a dyn Observer,
-) -> Result<Dressed<'a>> {
+) -> Result<AvatarTextures<'a>> {
     let path = &*face.name;
     let known = KnownTexels::read(request.source_mask.as_ref(), request.fill.as_ref())?;
     let known = known.with_default_mask(face.confidence, path);
     let face = known.complete(face.texture, Values::Albedo, path)?;
     let how = request.blending.clone().of_avatar();
     let domain = BlendDomain::new(Arc::clone(&file.pair), Direction::Forward);
-    let mut region = request.region.clone();
-    // Bodies are in metres and of human size; otherwise the unit must be given.
-    if (0.2..3.0).contains(&domain.extent()) {
-        region.unit = region.unit.or(Some(Unit::M));
-    }
+    let region = in_metres(request.region.clone(), &domain);
     let textures = &request.textures;
     let blending = how.blending(textures.gutter_px);
     let blend = blending.prepare(&region, &domain, &known, false, observer)?;
@@ -109,24 +108,13 @@ pub(super) fn dress<'a>(
     });
     let labels = request.blending.draw_labels.then(|| domain.labels(&face)).transpose();
     let labels = labels.map_err(|error| Failure::input(format!("{}: {error}", path.display())))?;
-    let mut shown = &blend;
-    if let Some(toning) = &toning {
-        let name = path.display();
-        exclusion_note(toning)
-            .into_iter()
-            .for_each(|said| observer.note(format_args!("{name}: {said}")));
-        let warnings = toning.report().warnings().into_iter();
-        warnings.for_each(|warning| observer.warn(format_args!("{name}: {warning}")));
-        shown = toning.narrowed().unwrap_or(shown);
-    }
+    toning.iter().for_each(|toning| report_toning(toning, path, observer));
+    let shown = toning.as_ref().and_then(ToneCorrection::narrowed).unwrap_or(&blend);
     let preview = request.preview.then(|| pair_picture::of_region(file, shown)?.into_texture());
     let preview = preview.transpose()?;
-    let head = match textures.layout {
-        TextureLayout::HeadBody => {
-            Some(HeadLayout::new(request, file, &blend, shown, toning.as_ref())?)
-        }
-        TextureLayout::Atlas => None,
-    };
+    let has_own = textures.layout == TextureLayout::HeadBody;
+    let head = has_own.then(|| HeadLayout::new(request, file, &blend, shown, toning.as_ref()));
+    let head = head.transpose()?;
     let mut overlay = graft.overlay(&face, base.format()).or_work()?.opaque();
     if let Some(toning) = &toning {
         overlay = overlay.with_tone(toning).or_work()?;
@@ -145,7 +133,24 @@ pub(super) fn dress<'a>(
     };
     let head = map_transfer.head_color(face, &body)?.map(srgb);
     let labels = labels.map(|labels| labels.picture());
-    Ok(Dressed { body, head, map_transfer, preview, labels })
+    Ok(AvatarTextures { body, head, map_transfer, preview, labels })
+}
+
+/// Bodies are in metres and of human size; otherwise the unit must be given.
+fn in_metres(mut region: Region, domain: &BlendDomain) -> Region {
+    if (0.2..3.0).contains(&domain.extent()) {
+        region.unit = region.unit.or(Some(Unit::M));
+    }
+    region
+}
+
+fn report_toning(toning: &ToneCorrection, face: &Path, observer: &dyn Observer) {
+    let name = face.display();
+    exclusion_note(toning)
+        .into_iter()
+        .for_each(|said| observer.note(format_args!("{name}: {said}")));
+    let warnings = toning.report().warnings().into_iter();
+    warnings.for_each(|warning| observer.warn(format_args!("{name}: {warning}")));
 }
 
 /// With the encoding that files have.

@@ -1,4 +1,4 @@
-//! Expressions by name, carried to the body from another model.
+//! Expressions by name, transferred to the body from another model.
 
 use uvgraft::listing::listed;
 use uvgraft_avatar::body::{ModelFile, ReadOptions, Shape};
@@ -29,16 +29,16 @@ pub(super) fn add(file: &Input, body: &mut RiggedBody, observer: &dyn Observer) 
     let mesh = mesh.with_positions(shaped.positions().to_vec()).or_work();
     let mesh = mesh.map_err(|failure| failure.context(file))?;
     observer.check()?;
-    let carried = transfer_between(&mesh, &morphs, &body.avatar.mesh)
+    let transferred = transfer_between(&mesh, &morphs, &body.avatar.mesh)
         .map_err(|error| Failure::input(format!("{file}: {error}")))?;
-    if let Some(error) = &carried.unmeasured {
+    if let Some(error) = &transferred.unmeasured {
         observer.warn(format_args!("{}: {error}; lids and lips may not touch", body.name));
     }
-    if !carried.unmoved.is_empty() {
-        let names = listed(&carried.unmoved);
+    if !transferred.unmoved.is_empty() {
+        let names = listed(&transferred.unmoved);
         observer.note(format_args!("{}: nothing moves in {names}; left out", body.name));
     }
-    let added = add_named(&mut body.avatar, carried.morphs);
+    let added = add_named(&mut body.avatar, transferred.morphs);
     if !added.taken.is_empty() {
         let names = listed(&added.taken);
         observer

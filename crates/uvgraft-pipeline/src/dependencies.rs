@@ -9,7 +9,7 @@ use crate::base_source::BaseSource;
 use crate::blending::Blending;
 use crate::fingerprint::{Fingerprint, input_digest};
 use crate::material::Values;
-use crate::plan::Plan;
+use crate::plan::TransferPlan;
 use crate::region::RegionPart;
 use crate::transfer::{Inputs, Transfer};
 
@@ -47,7 +47,7 @@ fn region_text(parts: &[RegionPart]) -> io::Result<String> {
 
 impl Transfer {
     /// What textures depend on, apart from their own source and the list of them.
-    pub(crate) fn shared_inputs<'a>(&'a self, plan: &'a Plan) -> Vec<&'a Input> {
+    pub(crate) fn shared_inputs<'a>(&'a self, plan: &'a TransferPlan) -> Vec<&'a Input> {
         let bases = plan.batches.iter().filter_map(|batch| batch.onto.as_ref()?.as_image());
         self.common_inputs().into_iter().chain(bases).collect()
     }
