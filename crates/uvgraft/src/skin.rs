@@ -96,8 +96,8 @@ const DOUBTFUL: f32 = 3.0;
 /// Standard deviation added to both hues, as a fraction of the skin's distance from grey, and its
 /// limits: blood and sun change the hue of pale skin less than that of saturated skin. With an
 /// upper limit of 0.022, lips of a reddish face are skin (IoU 0.59 -> 0.13, as in `labels::find`).
-/// The fraction moves lips and brows: halved, lips are found better on that face (0.75) and worse on
-/// one lit from beside (0.71 -> 0.52).
+/// The fraction moves lips and brows: halved, lips are found better on that face (0.75) and worse
+/// on one lit from beside (0.71 -> 0.52).
 const HUE_TOLERANCE: f64 = 0.1;
 const HUE_RANGE: [f64; 2] = [0.007, 0.011];
 /// Standard deviation added to lightness. By itself it accepts colours 0.6 to 1.7 times as light as
