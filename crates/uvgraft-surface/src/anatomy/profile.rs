@@ -36,7 +36,8 @@ const TEMPLATE: [[f64; 2]; 24] = [
 ];
 /// The tip of the nose in [`TEMPLATE`].
 const TIP: [f64; 2] = [-0.6, 0.74];
-/// Deviations are clamped to this, so that single outliers don't dominate the mean.
+/// Deviations are clamped to this, so that single outliers don't dominate the mean. Origin not
+/// recorded.
 const LARGEST_DEVIATION: f64 = 0.5;
 
 /// The intersection of a mesh with a plane, as segments in the plane's coordinates.

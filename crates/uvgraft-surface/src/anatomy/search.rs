@@ -31,13 +31,15 @@ pub(super) struct Eyes {
     pub skin: u32,
 }
 
-/// Largest accepted deviations from the profile of a face, with and without known eyes.
+/// Largest accepted deviations from the profile of a face, with and without known eyes. Origin not
+/// recorded.
 const LARGEST_DEVIATION: f64 = 0.26;
 const LARGEST_DEVIATION_WITHOUT_EYES: f64 = 0.085;
 
-/// Orientations whose deviations differ by less are both looked at.
+/// Orientations whose deviations differ by less are both looked at. Origin not recorded.
 const ALIKE: f64 = 0.1;
 /// How much further a nose must protrude for its orientation to be taken in spite of the profile.
+/// Origin not recorded.
 const CLEARER: f64 = 1.5;
 
 /// Why no face was found where nothing resembles one.

@@ -261,8 +261,8 @@ pub(super) fn centroid(corners: [[f64; 2]; 3]) -> [f64; 2] {
     [0, 1].map(|k| corners.iter().map(|corner| corner[k]).sum::<f64>() / 3.0)
 }
 
-/// Fraction of skin above which a connected part counts as skin: ears are redder than the
-/// face, and eyes have no skin.
+/// Fraction of skin above which a connected part counts as skin: ears are redder than the face, and
+/// eyes have no skin. The value's origin is not recorded.
 const SKIN_SHARE: f64 = 0.2;
 
 /// The colours along a boundary, as seeds of a skin model.

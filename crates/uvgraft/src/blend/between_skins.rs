@@ -23,7 +23,8 @@ use crate::texture::Texture;
 
 type Rgb = [f32; 3];
 
-/// Range of the factor on the contrast between cheeks and chest that the gains leave.
+/// Range of the factor on the contrast between cheeks and chest that the gains leave. Origin not
+/// recorded.
 const CONTRAST: [f32; 2] = [0.4, 2.5];
 
 /// How one side's colours change everywhere.

@@ -27,7 +27,7 @@ const NONE: u32 = u32::MAX;
 /// Width of a rim as a fraction of the texture's longer side: four texels of a capture of 512.
 const MAX_WIDTH: f64 = 1.0 / 128.0;
 
-/// Upper limit of that width, as a fraction of the island's radius.
+/// Upper limit of that width, as a fraction of the island's radius. Origin not recorded.
 const MAX_SHARE: f64 = 0.35;
 
 impl EyeRims {

@@ -61,7 +61,7 @@ pub use toning::{ToneCorrection, ToneError};
 pub use uvgraft_surface::pair::Side;
 
 /// Distance from the boundary at which a tone correction measured there has faded out, in multiples
-/// of the distance between the eyes: 5 cm.
+/// of the distance between the eyes: 5 cm. Origin not recorded.
 const TONE_FADE: f64 = 0.8;
 
 /// Width of the margin around cloth that is left out too, in multiples of the distance between the

@@ -290,7 +290,8 @@ impl Rim {
     }
 }
 
-/// Lower limit of the spread of log gains: gains that differ by less than 3 % are alike.
+/// Lower limit of the spread of log gains: gains that differ by less than 3 % are alike. Origin not
+/// recorded.
 const MIN_SPREAD: f64 = 0.03;
 
 /// Robust mean of the log gains along the boundary: iteratively reweighted least squares with

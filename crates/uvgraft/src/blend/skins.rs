@@ -44,12 +44,12 @@ pub(super) struct BodySkin {
     pub from_cheeks: bool,
 }
 
-/// Areas of one person's skin differ by less than this, ΔE 2000: a chest is paler and
-/// a neck darker than cheeks.
+/// Areas of one person's skin differ by less than this, ΔE 2000: a chest is paler and a neck darker
+/// than cheeks. The value's origin is not recorded.
 const ALIKE: f64 = 18.0;
 
 /// Nine tenths of a blank face differ from its cheeks by less than this, ΔE 2000; the lips and
-/// brows of a real face differ by more.
+/// brows of a real face differ by more. The value's origin is not recorded.
 const BLANK: f64 = 5.0;
 
 impl Skins {

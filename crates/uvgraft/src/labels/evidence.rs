@@ -138,6 +138,9 @@ fn steps(head: &HeadLayout, colors: &GridColors) -> Steps {
         .map(|(texel, near)| lab_distance(steps.lab[texel as usize], steps.lab[near as usize]))
         .filter(|change| change.is_finite());
     let noise = order_statistic(changes, |count| count * 9 / 10).unwrap_or(0.0);
+    // A factor of 0.6 costs a white collar 0.05 of IoU; with 2.4, the collars of a captured and of
+    // a grey face are not found at all. Nor is the latter's with a lower limit of 1.2, while one of
+    // 0.3 changes nothing.
     steps.noise = (1.2 * noise).clamp(0.6, 4.0);
     steps
 }
@@ -152,7 +155,8 @@ struct LocalAverage {
     cells: Vec<f32>,
 }
 
-/// Side of a cell, in texels of the grid.
+/// Side of a cell, in texels of the grid. At 4, teeth of a grey capture become lips (IoU 0.54 ->
+/// 0.35); at 16, they are found better (0.80), but its collar is not found at all.
 const CELL: usize = 8;
 
 impl LocalAverage {

@@ -2,6 +2,10 @@
 //!
 //! Cloth, hair and other occluders are connected regions: by colour alone, shadows and moles would
 //! match too. Lips, eyes and brows follow from anatomy and colour.
+//!
+//! Limits here and in `evidence` were halved and doubled, one at a time, on nine painted faces and
+//! a captured one in FLAME's layout (the bench of looks). Figures are the intersection over union
+//! (IoU) of found and painted labels; "flat" means that none changed by 0.01.
 
 use uvgraft_surface::easing::smoothstep;
 use uvgraft_surface::statistics::median;
@@ -14,13 +18,13 @@ use super::{Label, LabelError, Labels};
 use crate::layout_grid::{GridColors, LayoutGrid, NONE};
 use crate::texture::Texture;
 
-/// Non-skin regions with at most this many texels, of some 220,000, are moles.
+/// Non-skin regions with at most this many texels, of some 220,000, are moles. Flat from 35 to 140.
 const MOLE: usize = 70;
-/// Hanging hair reaches at most this many eye distances below the scalp.
+/// Hanging hair reaches at most this many eye distances below the scalp. Flat from 0.6 to 2.4.
 const HANGING: f32 = 1.2;
-/// Cloth-like texels within this many texels of cloth are cloth too.
+/// Cloth-like texels within this many texels of cloth are cloth too. Flat from 4 to 16.
 const SCRAPS: usize = 8;
-/// Cloth covering a smaller fraction of the neck is discarded.
+/// Cloth covering a smaller fraction of the neck is discarded. Flat from 0.01 to 0.04.
 const MIN_CLOTH: f64 = 0.02;
 
 impl Labels {
@@ -81,8 +85,11 @@ fn is_not_skin(evidence: &Evidence, texel: usize) -> f32 {
     let Evidence { hue, pale, light, light_of_face, .. } = evidence;
     // Highlights are pale and lighter than their surroundings.
     let highlight = smoothstep(0.03, 0.15, light[texel]) * smoothstep(0.5, 2.0, pale[texel]);
+    // Halved, 5.6 % of very light skin is lost, not 0.3 %; doubled, a grey beard is skin (IoU of
+    // hair 0.96 -> 0.66).
     let hue = smoothstep(3.5, 6.0, hue[texel]) * smoothstep(-2.0, -1.3, light_of_face[texel]);
     let hue = hue * (1.0 - highlight);
+    // Flat but for brows and hair, which change by up to 0.02 when it is halved or doubled.
     let dark = smoothstep(0.33, 0.75, -light[texel]);
     hue.max(dark)
 }
@@ -152,11 +159,15 @@ impl<'a> Finder<'a> {
         }
         let (hue, light, step) = (hue[texel], light[texel], step[texel]);
         let dark_enough = smoothstep(-2.2, -1.5, self.evidence.light_of_face[texel]);
+        // Hue: halved, a white collar takes skin with it (IoU of cloth 0.90 -> 0.84); flat doubled.
         let other_color = (smoothstep(3.0, 5.0, hue) * dark_enough)
             .max(smoothstep(0.33, 0.6, light))
             .max(smoothstep(0.9, 1.4, -light));
         // Shadows are darker but keep skin's hue; skin-coloured cloth shows only by the step.
         let no_shadow = smoothstep(-0.45, -0.2, light).max(smoothstep(1.8, 3.0, hue));
+        // The first step is flat halved and doubled. The second one: halved, collars take skin with
+        // them (IoU 0.90 -> 0.82 of the white one); doubled, that of a grey capture is lost in part
+        // (0.86 -> 0.74), though the others gain up to 0.05.
         (other_color * smoothstep(1.0, 2.5, step)).max(no_shadow * smoothstep(2.5, 4.0, step))
     }
 
@@ -227,6 +238,7 @@ impl<'a> Finder<'a> {
         let from_hair =
             steps.distances(&self.head.grid, seeds.into_iter(), |texel| step[texel as usize] > 0.5);
         for texel in 0..found.len() {
+            // Half and twice as much change a white collar's IoU by 0.02, and nothing else.
             if found[texel] && from_hair[texel] < 5.0 && self.is_near_scalp(texel) {
                 found[texel] = false;
             }
@@ -246,6 +258,7 @@ impl<'a> Finder<'a> {
             let colors = self.not_skin[texel];
             // On the scalp the thresholds are lower, since blond hair has nearly the colour of
             // skin.
+            // The step is flat halved and doubled.
             let clearly = smoothstep(1.5, 3.0, hue[texel])
                 .max(smoothstep(0.12, 0.3, light[texel].abs()))
                 .max(smoothstep(1.5, 4.0, step[texel]));
@@ -270,6 +283,8 @@ impl<'a> Finder<'a> {
     fn darkness_of_hair(&self, found: &[bool]) -> Option<f32> {
         let is_hair = |texel: &usize| found[*texel] && self.head.areas.scalp[*texel] >= 0.5;
         let light = (0..found.len()).filter(is_hair).map(|texel| self.evidence.light[texel]);
+        // At -0.3, blond hair counts as dark (IoU 0.98 -> 0.89); at -1.2, a fifth more of the
+        // captured face is hair.
         median(light).filter(|&light| light < -0.6).map(f32::exp)
     }
 

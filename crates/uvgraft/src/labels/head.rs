@@ -38,7 +38,9 @@ pub(crate) struct HeadLayout {
     pub rim: Vec<u32>,
 }
 
-/// Number of grid texels that the transferred part should cover.
+/// Number of grid texels that the transferred part should cover. With half as many, IoU of collars
+/// is 0.014 less on average, with twice as many 0.011 more. Lips, brows and mouths gain some 0.03
+/// either way; why is not known.
 const TEXELS: f64 = 220_000.0;
 /// Limits of the grid's side, in texels.
 const SIDES: [f64; 2] = [384.0, 1024.0];

@@ -3,17 +3,22 @@
 use super::super::geodesic::{parts, widened};
 use super::layout::BodyLayout;
 
-/// Lower hysteresis threshold: edges continue while their steepness is above this fraction
-/// of noise.
+/// Lower hysteresis threshold: edges continue while their steepness is above this fraction of
+/// noise. At 0.28, 31 % of the real body's skin is lost; at 1.1, 60 % of the beige shirt becomes
+/// skin (the bodies of `decide`).
 pub(super) const FAINT: f32 = 0.55;
 
-/// Upper hysteresis threshold: an edge must exceed noise by this somewhere, in ΔE per texel.
+/// Upper hysteresis threshold: an edge must exceed noise by this somewhere, in ΔE per texel. At
+/// 0.18, 11 % of the skin in the brown shirt is lost and 5 % of the real body's; at 0.7, 99.5 % of
+/// that in the beige shirt is found, not 88.8 %, and nothing else changes.
 const MIN_HEIGHT: f32 = 0.35;
-/// Least length of an edge and half of the gaps closed in it, both in texels. Edges have
-/// gaps where cloth meets a darker area of skin of the same colour; the longer an edge, the
-/// less likely it is chance.
+/// Least length of an edge and half of the gaps closed in it, both in texels. Edges have gaps where
+/// cloth meets a darker area of skin of the same colour; the longer an edge, the less likely it is
+/// chance. Flat from half to twice the least length of all, and either width.
 const GAPS: [(usize, usize); 2] = [(40, 3), (150, 10)];
-/// The same for the wide barrier, which growing skin must not leak through.
+/// The same for the wide barrier, which growing skin must not leak through. At 12, 60 % of the
+/// beige shirt becomes skin; at 48, 80 % of the skin in the pink shirt is found, not 90 %, and 95 %
+/// of the real body's.
 const WIDE_GAP: (usize, usize) = (100, 24);
 
 /// The texels close to long edges.

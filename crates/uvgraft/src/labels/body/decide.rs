@@ -4,6 +4,12 @@
 //! candidate parts are accepted or rejected as a whole, by the median of their colours and
 //! by the contrast along their edge with known skin; single texels would be too noisy for
 //! either. Last, texels near edges are divided, and small holes are filled.
+//!
+//! Limits here and in `barrier` and `steps` were halved and doubled, one at a time, on six bodies:
+//! SMPL-X with a brown shirt, a beige one, long sleeves and, a real texture, no clothes; the figure
+//! in a pink shirt, and in beige clothes. "Flat" means that neither the share of skin that is found
+//! nor that of cloth taken for skin changed by 0.3 % on any of them. Where they are cited, 88.8 %
+//! of the skin in the beige shirt is found, and 89.9 % of that in the pink one.
 
 use uvgraft_surface::easing::smoothstep;
 use uvgraft_surface::statistics::median;
@@ -15,36 +21,45 @@ use super::steps::Steps;
 use crate::layout_grid::{GridColors, NONE};
 use crate::skin::{Deviation, SkinError, SkinModel};
 
-/// Growth of skin may cross colour steps of this total, in ΔE.
+/// Growth of skin may cross colour steps of this total, in ΔE. Flat from 0.75 to 3.
 const REACH: f32 = 1.5;
-/// Steps of more than this separate parts, in ΔE per texel.
+/// Steps of more than this separate parts, in ΔE per texel. Flat from 0.175 to 0.7.
 const CUT: f32 = 0.35;
-/// Largest fleck, as a fraction of the covered texels; flecks enclosed by skin are skin.
+/// Largest fleck, as a fraction of the covered texels; flecks enclosed by skin are skin. Flat from
+/// half to twice as many.
 const FLECK: f32 = 0.0012;
-/// The same for flecks of nearly skin's hue, such as moles, nipples and hair on arms.
+/// The same for flecks of nearly skin's hue, such as moles, nipples and hair on arms. At 0.012,
+/// 2.3 % of the pink shirt becomes skin; flat down to 0.003.
 const ALIKE_FLECK: f32 = 0.006;
-/// Smallest part that is judged by itself, as a fraction of the covered texels.
+/// Smallest part that is judged by itself, as a fraction of the covered texels. Flat from 0.001 to
+/// 0.004.
 const MIN_PART: f32 = 0.002;
 /// Least number of contrasts with skin per edge texel of a part; fewer do not count as an edge.
+/// Flat down to 0.03; at 0.12, 94 % of the skin in the beige shirt is found, and no less of any
+/// other.
 const TOUCH: f32 = 0.06;
-/// Largest distance across which contrasts are measured, in texels.
+/// Largest distance across which contrasts are measured, in texels. At 28, 99.6 % of the skin in
+/// the beige shirt is found, and no less of any other; flat up to 112.
 const ACROSS: usize = 56;
-/// The same where all nearby skin lies within the wide barrier.
+/// The same where all nearby skin lies within the wide barrier. Flat from 3 to 12.
 const WIDTH: usize = 6;
-/// A part may be skin if the mean contrast is less than this, in ΔE.
+/// A part may be skin if the mean contrast is less than this, in ΔE. Flat from 1.25 to 5.
 const ALIKE: f32 = 2.5;
-/// The same next to hands and feet, which are redder than the skin they adjoin.
+/// The same next to hands and feet, which are redder than the skin they adjoin. Flat from 4.5 to
+/// 18.
 const ALIKE_ENDS: f32 = 9.0;
-/// A part is seamless with skin if the mean contrast within [`WIDTH`] texels is less than
-/// this, in ΔE.
+/// A part is seamless with skin if the mean contrast within [`WIDTH`] texels is less than this, in
+/// ΔE. Flat from 0.1 to 0.4.
 const SEAMLESS: f32 = 0.2;
-/// Least number of such contrasts per edge texel of a seamless part.
+/// Least number of such contrasts per edge texel of a seamless part. Flat from 1.5 to 6.
 const LONG_TOUCH: f32 = 3.0;
-/// Tones that differ by less in hue and lightness are the same.
+/// Tones that differ by less in hue and lightness are the same. Origin not recorded.
 const SAME: (f32, f32) = (0.3, 0.03);
-/// How much more other parts of the body may deviate in hue than the hands do.
+/// How much more other parts of the body may deviate in hue than the hands do. Flat from 0.85 to
+/// 3.4.
 const MORE_HUE: f32 = 1.7;
-/// Weight of a deviation in log lightness relative to one in hue, when the two are added.
+/// Weight of a deviation in log lightness relative to one in hue, when the two are added. At 6,
+/// 91 % of the beige clothes are skin; flat up to 24.
 const LIGHT: f32 = 12.0;
 /// Limit of the colours that skin models and medians are computed from.
 const MAX_COLORS: usize = 3000;
@@ -161,6 +176,7 @@ impl<'a> Decision<'a> {
         }
         decision.grow(&seeds);
         // Where the chin's shadow ends in an edge, growth stops short of the neck.
+        // Twice these limits take 91 % of the beige clothes for skin, half of them change nothing.
         decision.add_area(&body.neck, Limits { hue: 1.2, both: 2.2, light: 0.16 });
         // Hands and feet have the tone of the neck, so add its own where growth reached it.
         let neck = body.neck.iter().filter(|&&texel| decision.growth.has(texel));
@@ -317,6 +333,8 @@ impl<'a> Decision<'a> {
     /// Adds hands and feet, which sleeves and trousers separate from the face.
     fn add_ends(&mut self) {
         // Trousers may cover the feet, so their limits are stricter.
+        // With half of these limits only 67 % of the skin in the pink shirt is found, with twice
+        // these 91 % of the beige clothes are skin.
         for (area, both) in [(&self.body.hands, f32::INFINITY), (&self.body.feet, 2.2)] {
             let hue = self.most_hue().min(2.2);
             self.add_area(area, Limits { hue, both, light: 0.35 });
@@ -346,7 +364,10 @@ impl<'a> Decision<'a> {
         // Legs are two parts, one on each side of the body; trousers and shirts extend over both
         // sides.
         let most_hue = self.most_hue();
+        // Flat halved; doubled, 92 % of the skin in the pink shirt is found, and nothing else
+        // changes.
         let of_limbs = Limits { hue: most_hue.min(1.9), both: 1.9, light: 0.16 };
+        // Flat halved; doubled, 91 % of the beige clothes are skin.
         let of_trunk = Limits { hue: most_hue.min(0.8), both: 1.5, light: 0.06 };
         // A leg may be paler than the hands overall, but is seamless with the skin it adjoins.
         let if_seamless = Limits { both: 3.0, ..of_limbs };

@@ -18,10 +18,13 @@ pub(super) const UNITS: f32 = 16.0;
 /// Slopes are measured on each side from half this distance to this distance, in texels.
 const AROUND: usize = 6;
 /// Factor on the surrounding slope, which is lower at the ends of a shadow's transition than at its
-/// centre.
+/// centre. At 0.8, 94 % of the skin in the beige shirt is found, not 88.8 %, and nothing else
+/// changes; at 3.2, 60 % of that shirt becomes skin (the bodies of `decide`).
 const SLOPE: f32 = 1.6;
-/// Noise is this multiple of the 90th percentile of the steepness of skin, clamped to the
-/// range below.
+/// Noise is this multiple of the 90th percentile of the steepness of skin, clamped to the range
+/// below. At 0.6, 6 % of the skin in the brown shirt is lost and 7 % of the beige shirt becomes
+/// skin; at 2.4, 60 % of it. The lower end of the range is flat down to 0.18; at 0.7, 60 % of that
+/// shirt becomes skin.
 const NOISE: f32 = 1.2;
 const NOISE_RANGE: [f32; 2] = [0.35, 1.6];
 
