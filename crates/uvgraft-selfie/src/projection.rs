@@ -23,17 +23,21 @@ use crate::normals::normals;
 const DEPTH_SIDE: f64 = 1400.0;
 
 /// Cosines between normal and line of sight below which a texel is not known, and above which it is
-/// known fully.
+/// known fully. With 0.21, up to 0.5 % less is known, 0.2 dB better; with 0.84, PSNR falls by 2.2
+/// dB.
 const FACING: [f64; 2] = [0.12, 0.42];
 
-/// Distances in eye distances: how far behind what is seen a texel may be (lids are thin), and how far
-/// apart pixels of one surface may be.
+/// Distances in eye distances: how far behind what is seen a texel may be (lids are thin), and how
+/// far apart pixels of one surface may be. The first is flat from half to twice as far; the origin
+/// of the other is not recorded.
 const HIDDEN: f64 = 0.02;
 const SAME_SURFACE: f64 = 0.06;
 
 /// How far a texel must be from the head's silhouette, from steps of depth within it, and from its
 /// other parts, such as an eyeball beside a lid, in eye distances. Fits are off by some pixels, and
-/// beside the silhouette is the background.
+/// beside the silhouette is the background. With true cameras, which have no such errors, half and
+/// twice the first change what is known by up to 0.8 % and PSNR by 0.3 dB; half the second changes
+/// nothing, twice as much gives 0.4 dB more and makes 0.3 % less known.
 const FROM_SILHOUETTE: f64 = 0.05;
 const FROM_STEP: f64 = 0.015;
 const FROM_PART: f64 = 0.03;

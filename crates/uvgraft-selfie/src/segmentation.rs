@@ -5,6 +5,10 @@
 //! skin; ears, forehead and neck are it only where their colour is nearer to skin than to the hair
 //! that is seen on the scalp. The parts that landmarks outline (brows, eyes, lips) are what they
 //! are, whatever their colour.
+//!
+//! Limits here, in `color_model` and in `projection` were halved and doubled, one at a time, on
+//! five photographs of `selfie_report` (front, dark skin, fringe, glasses, collar) with their true
+//! cameras and shape: PSNR is that of what is known, and known a share of the face.
 
 use glam::Vec3;
 use uvgraft::color::lab;
@@ -61,7 +65,8 @@ impl Brow {
     /// How far a colour may be the brow's with skin between its hairs, 0 to 1. Rims of glasses, which can
     /// be as dark, mostly have another.
     fn has(&self, color: [f32; 3], skin: &ColorModel) -> f32 {
-        /// Distances in CIELAB.
+        /// Distances in CIELAB. Halved, 3 % less of the dark face is known; doubled, the one with
+        /// glasses gains 0.8 dB.
         const NEAR: [f32; 2] = [7.0, 12.0];
         let [color, from, to] = [lab(color), self.color, lab(skin.color)].map(Vec3::from);
         let along = (color - from).dot(to - from) / (to - from).length_squared().max(1.0);
@@ -71,7 +76,9 @@ impl Brow {
 }
 
 /// Distances from skin, in standard deviations, up to which texels are skin: where skin is certain
-/// by place, and elsewhere; and those at which they are not.
+/// by place, and elsewhere; and those at which they are not. Halved, the first makes 1.6 % less
+/// known, 0.3 dB better; doubled, 3.8 % of what is known is glasses. The second, halved, makes 12 %
+/// less known, and PSNR falls by 3 dB; doubled, 0.9 % more, nearly as well.
 const CERTAIN: [f32; 2] = [4.5, 7.0];
 const DOUBTFUL: [f32; 2] = [1.9, 2.9];
 
@@ -106,12 +113,14 @@ impl Evidence<'_> {
 
     /// How the brows look.
     fn brows(&self, skin: &ColorModel, hair: Option<&ColorModel>) -> [Brow; 2] {
-        /// How far above the brow one looks, in distances between the eyes.
+        /// How far above the brow one looks, in distances between the eyes. Origin not recorded.
         const ABOVE: f64 = 0.22;
         const STEP: usize = 5;
-        /// Skin that is lighter than the brow by less tells nothing, in L* of CIELAB.
+        /// Skin that is lighter than the brow by less tells nothing, in L* of CIELAB. Origin not
+        /// recorded.
         const CONTRAST: f32 = 10.0;
-        /// Where hairs are dense they are darker than within the landmarks, by this share of the contrast.
+        /// Where hairs are dense they are darker than within the landmarks, by this share of the
+        /// contrast. Origin not recorded.
         const DARKER: f32 = 0.7;
         let [up_x, up_y] = self.outlines.up;
         let shift = ABOVE * self.unit_px;
@@ -152,9 +161,10 @@ impl Evidence<'_> {
 
     /// Whether there are glasses, 0 to 1, whose rims are as dark as brows: they are seen below the eyes, too.
     fn glasses(&self, skin: &ColorModel) -> f32 {
-        /// The height at which one looks, in distances between the eyes.
+        /// The height at which one looks, in distances between the eyes. Origin not recorded.
         const BELOW: [f32; 2] = [-0.5, -0.12];
-        /// Shares of it that are dark, without glasses and with them.
+        /// Shares of it that are dark, without glasses and with them. Flat halved; doubled, the
+        /// face with glasses gains 0.3 dB.
         const DARK: [f32; 2] = [0.03, 0.09];
         const STEP: usize = 7;
         let is_below = |&texel: &usize| {
@@ -306,6 +316,7 @@ impl Evidence<'_> {
 ///
 /// - `distance`: from skin.
 fn unlike(hair: Option<&ColorModel>, color: [f32; 3], distance: f32) -> f32 {
+    // Halved, 5.5 % more of the dark face is known, doubled 3.7 % less; others do not change.
     hair.map_or(1.0, |hair| smoothstep(0.3, 1.8, hair.distance(color) as f32 - distance))
 }
 
