@@ -18,7 +18,7 @@ use crate::raster::{Squares, sample};
 /// Smoothness of colours that spread over the surface, in eye distances. Origin not recorded.
 const SPREAD: Smoothness = Smoothness { bending: 0.02, membrane: 0.5 };
 
-/// Texels at the edge of what is known are not quite skin.
+/// Texels at the edge of what is known are not quite skin. Origin not recorded.
 const CERTAIN: f32 = 0.8;
 
 /// The inside of the mouth, which photographs show by chance.

@@ -15,10 +15,10 @@ use crate::landmarks::regions::{
 /// A movement, as displacements of landmarks in distances between the eyes.
 type Movement = Vec<DVec3>;
 
-/// How strongly movements are kept small, relative to how well they are seen.
+/// How strongly movements are kept small, relative to how well they are seen. Origin not recorded.
 const PRIOR: f64 = 0.15;
 
-/// Share of the movements that is taken out.
+/// Share of the movements that is taken out. Origin not recorded.
 const SHARE: f64 = 0.6;
 
 /// Displacements of landmarks from a head at rest, without what an expression explains.

@@ -86,15 +86,15 @@ fn neutralise(head: &Head, places: &mut [FieldValue]) {
 }
 
 /// How far relative depths are believed, as a weight beside 1 for what is seen in the image: the
-/// network guesses them.
+/// network guesses them. Origin not recorded.
 const DEPTH_TRUST: f64 = 0.1;
 
 /// How far a place is held where the head has it, beside 1 for what is seen in the image: a little,
-/// and along the line of sight more.
+/// and along the line of sight more. Origin not recorded.
 const REST: f64 = 0.02;
 const REST_DEPTH: f64 = 0.15;
 
-/// Smoothness of the shape and of an expression, in eye distances.
+/// Smoothness of the shape and of an expression, in eye distances. Origin not recorded.
 const SHAPE: Smoothness = Smoothness { bending: 0.2, membrane: 0.1 };
 const EXPRESSION: Smoothness = Smoothness { bending: 0.08, membrane: 0.06 };
 
@@ -215,6 +215,7 @@ impl View {
         /// A turn, in radians, after which another drawing tells nothing new.
         const SETTLED: f64 = 0.004;
         /// How far the average face is believed if the head is evidently not the photographed one.
+        /// Origin not recorded.
         const OTHERS: f64 = 0.97;
         assert_eq!(photo.points.len(), head.landmarks.len(), "landmarks of a photograph");
         let photo = photo.steadied();
@@ -251,7 +252,8 @@ impl View {
         pixels: &Pixels<'_>,
         belief: f64,
     ) {
-        /// Share from which the head's landmarks are found again from the new side.
+        /// Share from which the head's landmarks are found again from the new side. Origin not
+        /// recorded.
         const MUCH: f64 = 0.1;
         let average =
             average_pose::of_photograph(&head.canonical, &self.photo.points, &self.camera);

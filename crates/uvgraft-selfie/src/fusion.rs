@@ -53,14 +53,14 @@ pub(crate) struct Fusion {
     layers: usize,
 }
 
-/// Coarse colours are those of squares with this share of the texture's side.
+/// Coarse colours are those of squares with this share of the texture's side. Origin not recorded.
 const SQUARES: u32 = 128;
 
-/// Powers of the cosine in the weights of the two bands.
+/// Powers of the cosine in the weights of the two bands. Origin not recorded.
 const COARSE: i32 = 2;
 const FINE: i32 = 10;
 
-/// The same in votes on what is face.
+/// The same in votes on what is face. Origin not recorded.
 const VOTE: i32 = 3;
 
 impl Fusion {
@@ -149,7 +149,8 @@ impl Fusion {
 
     /// What all photographs show.
     pub fn finish(self) -> Fused {
-        /// Shares of the votes for a texel at which it is not known, and known as well as it is seen.
+        /// Shares of the votes for a texel at which it is not known, and known as well as it is
+        /// seen. Origin not recorded.
         const MAJORITY: [f32; 2] = [0.25, 0.55];
         let colors = map_indices(self.known.len(), |texel| self.color(texel));
         let Self { mut known, mut certain, votes, .. } = self;

@@ -100,7 +100,7 @@ const PRIOR: [f64; 3] = [0.0, 0.002, 0.02];
 /// Limits of the factor of light that is taken out.
 const LIMITS: [f64; 2] = [0.4, 2.0];
 
-/// Share of the logarithm of the light that [`Relight::Soft`] takes out.
+/// Share of the logarithm of the light that [`Relight::Soft`] takes out. Origin not recorded.
 const SOFT: f64 = 0.75;
 
 /// Luminance of the lightest skin. What is lighter is exposed too long.

@@ -19,7 +19,7 @@ use crate::head::Head;
 use crate::layout_texels::LayoutTexels;
 use crate::normals::normals;
 
-/// Longest side of the depth map.
+/// Longest side of the depth map. Origin not recorded.
 const DEPTH_SIDE: f64 = 1400.0;
 
 /// Cosines between normal and line of sight below which a texel is not known, and above which it is
