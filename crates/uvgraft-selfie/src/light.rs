@@ -94,19 +94,25 @@ pub struct Light {
 
 type Vector = SVector<f64, 9>;
 
-/// Weight of the priors towards even light, relative to the samples' total: by band.
+/// Weight of the priors towards even light, relative to the samples' total: by band. On five
+/// photographs beside a window or a lamp, with true cameras (`selfie_report`), half and twice as
+/// much of the first band change PSNR by up to 0.2 dB; of the second, half gives the lamp 0.6 dB,
+/// and twice costs it 0.5 dB.
 const PRIOR: [f64; 3] = [0.0, 0.002, 0.02];
 
-/// Limits of the factor of light that is taken out.
+/// Limits of the factor of light that is taken out. On the same, 1 as the upper one costs 4.8 dB
+/// beside the lamp, and 4 changes nothing; the origin of the lower one is not recorded.
 const LIMITS: [f64; 2] = [0.4, 2.0];
 
 /// Share of the logarithm of the light that [`Relight::Soft`] takes out. Origin not recorded.
 const SOFT: f64 = 0.75;
 
-/// Luminance of the lightest skin. What is lighter is exposed too long.
+/// Luminance of the lightest skin. What is lighter is exposed too long. On the same, flat (0.3 dB)
+/// from 0.28 to 1.1.
 const LIGHTEST: f64 = 0.55;
 
-/// How far skin may be lighter than plain skin, as a share; it shines more in a photograph.
+/// How far skin may be lighter than plain skin, as a share; it shines more in a photograph. On the
+/// same, flat (0.2 dB) from 0.2 to 0.8.
 const SHEEN: f64 = 0.4;
 
 /// Fewest samples. Origin not recorded.
