@@ -164,6 +164,12 @@ impl Skin {
         posed
     }
 
+    /// The blended rotation matrix of each vertex; not orthogonal where its joints' rotations differ.
+    pub fn turns(&self, motions: &[Rigid]) -> Vec<Mat3> {
+        let matrices = matrices(motions);
+        (0..self.vertices()).map(|vertex| self.blend(vertex, &matrices).0).collect()
+    }
+
     fn blend(&self, vertex: usize, matrices: &[(Mat3, Vec3)]) -> (Mat3, Vec3) {
         let (mut turn, mut shift) = (Mat3::ZERO, Vec3::ZERO);
         for &(joint, weight) in self.of(vertex) {
