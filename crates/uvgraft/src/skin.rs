@@ -77,8 +77,8 @@ const SHADE: f32 = 0.03;
 /// Origin not recorded.
 const GREY: f32 = 0.02;
 /// Weight of that part of a hue difference that makes a colour more saturated than skin. At 0.2,
-/// the lips of a reddish face are skin (IoU 0.59 -> 0.19, as in `labels::find`); at 0.8, lips of
-/// most faces are found better, by up to 0.17.
+/// the lips of a reddish face are skin (IoU 0.59 -> 0.19, as in `labels::find`); from 0.6 to 0.96,
+/// lips of most faces are found better, by up to 0.17.
 const MORE_SATURATED: f32 = 0.4;
 /// Lower limit of `m`; darker skin is treated as this light. Origin not recorded.
 const MIN_LIGHTNESS: f32 = 0.1;
@@ -95,9 +95,9 @@ const DOUBTFUL: f32 = 3.0;
 
 /// Standard deviation added to both hues, as a fraction of the skin's distance from grey, and its
 /// limits: blood and sun change the hue of pale skin less than that of saturated skin. With an
-/// upper limit of 0.022, lips of a reddish face are skin (IoU 0.59 -> 0.13, as in `labels::find`).
-/// The fraction moves lips and brows: halved, lips are found better on that face (0.75) and worse
-/// on one lit from beside (0.71 -> 0.52).
+/// upper limit of 0.014, lips of a reddish face are skin (IoU 0.59 -> 0.15, as in `labels::find`),
+/// with 0.008 they are found better (0.75). The fraction moves lips and brows: halved, lips are
+/// found better on that face (0.75) and worse on one lit from beside (0.71 -> 0.52).
 const HUE_TOLERANCE: f64 = 0.1;
 const HUE_RANGE: [f64; 2] = [0.007, 0.011];
 /// Standard deviation added to lightness. By itself it accepts colours 0.6 to 1.7 times as light as
@@ -105,7 +105,8 @@ const HUE_RANGE: [f64; 2] = [0.007, 0.011];
 /// depend on it.
 const LIGHTNESS_TOLERANCE: f64 = 0.10;
 /// Upper limits of the colours' own standard deviations; wider spreads are scaled down to these.
-/// Origin not recorded.
+/// Halved, lips of a reddish face are found better (IoU 0.59 -> 0.74), and those of a very light
+/// one worse (0.75 -> 0.70); flat doubled.
 const MAX_SPREAD: Vector3<f64> = Vector3::new(0.020, 0.020, 0.06);
 /// Scale of the distance between the seeds and their centre: the nearest half must lie within 1.
 const REACH: Vector3<f64> = Vector3::new(0.05, 0.05, 0.30);

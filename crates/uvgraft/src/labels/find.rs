@@ -18,13 +18,15 @@ use super::{Label, LabelError, Labels};
 use crate::layout_grid::{GridColors, LayoutGrid, NONE};
 use crate::texture::Texture;
 
-/// Non-skin regions with at most this many texels, of some 220,000, are moles. Flat from 35 to 140.
+/// Non-skin regions with at most this many texels, of some 220,000, are moles. Flat from 7 to 140;
+/// at 560, brows lose up to 0.02.
 const MOLE: usize = 70;
 /// Hanging hair reaches at most this many eye distances below the scalp. Flat from 0.6 to 2.4.
 const HANGING: f32 = 1.2;
-/// Cloth-like texels within this many texels of cloth are cloth too. Flat from 4 to 16.
+/// Cloth-like texels within this many texels of cloth are cloth too. Flat from 1 to 32.
 const SCRAPS: usize = 8;
-/// Cloth covering a smaller fraction of the neck is discarded. Flat from 0.01 to 0.04.
+/// Cloth covering a smaller fraction of the neck is discarded. Flat from 0.002 to 0.04; at 0.16,
+/// collars are discarded.
 const MIN_CLOTH: f64 = 0.02;
 
 impl Labels {
@@ -85,8 +87,8 @@ fn is_not_skin(evidence: &Evidence, texel: usize) -> f32 {
     let Evidence { hue, pale, light, light_of_face, .. } = evidence;
     // Highlights are pale and lighter than their surroundings.
     let highlight = smoothstep(0.03, 0.15, light[texel]) * smoothstep(0.5, 2.0, pale[texel]);
-    // Halved, 5.6 % of very light skin is lost, not 0.3 %; doubled, a grey beard is skin (IoU of
-    // hair 0.96 -> 0.66).
+    // Flat, but for brows, from 0.8 to 1.25 times these. Halved, 5.6 % of very light skin is lost,
+    // not 0.3 %; doubled, a grey beard is skin (IoU of hair 0.96 -> 0.66).
     let hue = smoothstep(3.5, 6.0, hue[texel]) * smoothstep(-2.0, -1.3, light_of_face[texel]);
     let hue = hue * (1.0 - highlight);
     // Flat but for brows and hair, which change by up to 0.02 when it is halved or doubled.
@@ -167,7 +169,8 @@ impl<'a> Finder<'a> {
         let no_shadow = smoothstep(-0.45, -0.2, light).max(smoothstep(1.8, 3.0, hue));
         // The first step is flat halved and doubled. The second one: halved, collars take skin with
         // them (IoU 0.90 -> 0.82 of the white one); doubled, that of a grey capture is lost in part
-        // (0.86 -> 0.74), though the others gain up to 0.05.
+        // (0.86 -> 0.74), though the others gain up to 0.05. With 1.25 and 1.5 times as much all
+        // gain: the white one is at 0.94.
         (other_color * smoothstep(1.0, 2.5, step)).max(no_shadow * smoothstep(2.5, 4.0, step))
     }
 
@@ -283,8 +286,8 @@ impl<'a> Finder<'a> {
     fn darkness_of_hair(&self, found: &[bool]) -> Option<f32> {
         let is_hair = |texel: &usize| found[*texel] && self.head.areas.scalp[*texel] >= 0.5;
         let light = (0..found.len()).filter(is_hair).map(|texel| self.evidence.light[texel]);
-        // At -0.3, blond hair counts as dark (IoU 0.98 -> 0.89); at -1.2, a fifth more of the
-        // captured face is hair.
+        // Flat to -0.45 but for one face, which loses 0.013 of its hair. At -0.3, blond hair counts
+        // as dark (IoU 0.98 -> 0.89); at -1.2, a fifth more of the captured face is hair.
         median(light).filter(|&light| light < -0.6).map(f32::exp)
     }
 
