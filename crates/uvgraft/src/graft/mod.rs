@@ -355,8 +355,9 @@ impl Graft {
         Ok(Self { sizes, resampler, blend, fit: OnceLock::new(), ..self.clone() })
     }
 
-    /// The rows of a texture that results depend on; the content of other rows does not matter. A
-    /// fit and a blend that matches tones read all of them.
+    /// The rows of a texture that [`Graft::overlay`] depends on; the content of other rows does not
+    /// matter. All rows with a blend, for whose labels and tones any of them may count.
+    /// [`Graft::fit`] always depends on all rows, whatever this returns.
     pub fn texture_rows(&self) -> Range<u32> {
         match self.blend {
             Some(_) => 0..self.sizes.from.height,
