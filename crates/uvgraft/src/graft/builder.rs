@@ -4,7 +4,7 @@ use std::sync::{Arc, OnceLock};
 
 use uvgraft_surface::pair::{Direction, Pair};
 
-use super::{Blending, Graft, GraftError, Link, Unknown};
+use super::{Graft, GraftBlend, GraftError, HiddenAreas, Link};
 use crate::blend::{Blend, BlendDomain, BlendMap, BlendOptions, Selection};
 use crate::content::Content;
 use crate::filter::Filter;
@@ -210,9 +210,9 @@ impl GraftBuilder {
             None => None,
             Some(blend) => {
                 check_domain("blend", blend.domain(), &pair, direction)?;
-                let at = Arc::new(BlendMap::new(Arc::clone(&blend), resampler.map())?);
-                let unknown = Unknown::new(&blend, resampler.map(), content, sizes.from);
-                Some(Blending { blend, at, unknown })
+                let blend_map = Arc::new(BlendMap::new(Arc::clone(&blend), resampler.map())?);
+                let hidden = HiddenAreas::new(&blend, resampler.map(), content, sizes.from);
+                Some(GraftBlend { blend, blend_map, hidden })
             }
         };
         Ok(Graft {
