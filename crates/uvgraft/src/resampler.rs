@@ -87,12 +87,12 @@ impl Resampler {
     ///
     /// - `map`, `beneath`: from [`MapInputs::maps`].
     pub fn new(
-        way: &MapInputs<'_>,
+        inputs: &MapInputs<'_>,
         (map, beneath): (Arc<SamplingMap>, Option<Arc<SamplingMap>>),
         source_size: Size,
         filter: Filter,
     ) -> Self {
-        let (from, to) = (way.pair.from(way.direction), way.pair.to(way.direction));
+        let (from, to) = (inputs.pair.from(inputs.direction), inputs.pair.to(inputs.direction));
         let paths = Paths::new(&map, source_size, filter);
         let mut reads = Reads::new(&map, Some(to), &paths);
         let mut reach = reads.reach(&map, map.border_patches(), source_size, filter);
@@ -111,10 +111,10 @@ impl Resampler {
 
     /// As [`Resampler::new`], but pads everything outside a region of the source, whether
     /// islands cover it or not.
-    pub fn reading(way: &MapInputs<'_>, region: &TexelSet, filter: Filter) -> Self {
-        let (map, _) = way.maps(Overlap::First);
+    pub fn reading(inputs: &MapInputs<'_>, region: &TexelSet, filter: Filter) -> Self {
+        let (map, _) = inputs.maps(Overlap::First);
         let paths = Paths::new(&map, region.size(), filter);
-        let reads = Reads::new(&map, Some(way.pair.to(way.direction)), &paths);
+        let reads = Reads::new(&map, Some(inputs.pair.to(inputs.direction)), &paths);
         let reach = reads.reach(&map, map.patches(), region.size(), filter);
         let padding = Padding::new(region, reach, &reads.tiles);
         let near = reads.tiles.widened(reach);

@@ -263,7 +263,7 @@ impl Graft {
         if self.frames.is_some() {
             return Err(GraftError::Fit("normal maps cannot be fitted"));
         }
-        let Some(way) = self.way() else {
+        let Some(inputs) = self.map_inputs() else {
             return Err(GraftError::Fit("a map without meshes has no way back"));
         };
         if self.resampler.beneath().is_some() {
@@ -287,7 +287,7 @@ impl Graft {
         let texture = self.prepared(copies::owned(texture));
         let formats = self.formats(texture.format(), base);
         let system =
-            self.fit.get_or_init(|| Arc::new(FitSystem::new(&way, Arc::clone(&self.resampler))));
+            self.fit.get_or_init(|| Arc::new(FitSystem::new(&inputs, Arc::clone(&self.resampler))));
         let (layer, summary) = system
             .solve(&formats, texture, options, progress)
             .map_err(|error| GraftError::NotFinite { x: error.texel[0], y: error.texel[1] })?;
@@ -340,10 +340,10 @@ impl Graft {
     pub fn with_texture_size(&self, from: Size) -> Result<Self, GraftError> {
         builder::check_size(from)?;
         let map = Arc::clone(self.resampler.map());
-        let resampler = Arc::new(match self.way() {
-            Some(way) => {
+        let resampler = Arc::new(match self.map_inputs() {
+            Some(inputs) => {
                 let maps = (map, self.resampler.beneath().cloned());
-                Resampler::new(&way, maps, from, self.filter())
+                Resampler::new(&inputs, maps, from, self.filter())
             }
             None => Resampler::of_map(map, from, self.filter()),
         });
@@ -401,8 +401,8 @@ impl Graft {
         self.blend.as_ref().map(|blending| &blending.blend)
     }
 
-    /// `None` for a map of another origin.
-    fn way(&self) -> Option<MapInputs<'_>> {
+    /// What the map was made from; `None` for a map of another origin.
+    fn map_inputs(&self) -> Option<MapInputs<'_>> {
         Some(MapInputs {
             pair: self.pair.as_ref()?,
             direction: self.direction,
