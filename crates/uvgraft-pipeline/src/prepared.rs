@@ -86,10 +86,10 @@ impl Transfer {
         let known = KnownTexels::read(self.source_mask.as_ref(), self.fill.as_ref())?;
         known.check(observer)?;
         let overlaid = self.overlaid();
-        overlaid.check_base(self.base_order(onto, values, size).header())?;
+        overlaid.check_base(self.base_options(onto, values, size).header())?;
         let (blend, base) = threads::join(
             || self.blend(&link, &known, None, observer),
-            || Base::new(&self.base_order(onto, values, size), true),
+            || Base::new(&self.base_options(onto, values, size), true),
         );
         let (blend, base) = (blend?, base?);
         base.non_finite().into_iter().for_each(|warning| observer.warn(warning));

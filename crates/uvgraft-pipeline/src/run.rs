@@ -8,7 +8,7 @@ use uvgraft::{Blend, BlendDomain, Filter, Overlap, Size, Tone, threads};
 use uvgraft_files::input::Input;
 use uvgraft_image::{self as image, Format, Image};
 
-use crate::base::{Base, BaseOrder};
+use crate::base::{Base, BaseOptions};
 use crate::base_source::BaseSource;
 use crate::batch;
 use crate::blending::{Blending, KnownTexels};
@@ -137,12 +137,12 @@ impl Transfer {
         overlaid: &Overlaid,
     ) -> Result<()> {
         for batch in &plan.batches {
-            let order = self.base_order(batch.onto.as_ref(), batch.values, size);
-            let header = order.header();
+            let options = self.base_options(batch.onto.as_ref(), batch.values, size);
+            let header = options.header();
             let target = size.or_else(|| header.map(|header| header.size));
             target.map_or(Ok(()), |target| check_formats(batch, target))?;
             overlaid.check_base(header)?;
-            self.check_memory(batch, link, &order, header)?;
+            self.check_memory(batch, link, &options, header)?;
         }
         Ok(())
     }
@@ -165,7 +165,7 @@ impl Transfer {
         }
         if plan.batches.len() > 1 {
             plan.batches.iter().try_for_each(|batch| {
-                self.base_order(batch.onto.as_ref(), batch.values, size).check()
+                self.base_options(batch.onto.as_ref(), batch.values, size).check()
             })?;
         }
         Ok((blend, first_base.transpose()?))
@@ -410,13 +410,13 @@ impl Transfer {
     }
 
     /// - `size`: of the results, if it is not that of the base.
-    pub(crate) fn base_order<'a>(
+    pub(crate) fn base_options<'a>(
         &self,
         onto: Option<&'a BaseSource>,
         values: Values,
         size: Option<Size>,
-    ) -> BaseOrder<'a> {
-        BaseOrder {
+    ) -> BaseOptions<'a> {
+        BaseOptions {
             onto,
             size,
             values,
@@ -427,8 +427,8 @@ impl Transfer {
     }
 
     fn base(&self, batch: &Batch, size: Option<Size>) -> Result<Base> {
-        let order = self.base_order(batch.onto.as_ref(), batch.values, size);
-        Base::new(&order, self.keeps_base(batch))
+        let options = self.base_options(batch.onto.as_ref(), batch.values, size);
+        Base::new(&options, self.keeps_base(batch))
     }
 
     /// Whether the base of a batch is read more than once.
