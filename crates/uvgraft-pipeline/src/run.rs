@@ -17,7 +17,7 @@ use crate::fingerprint::Seen;
 use crate::layout_checks::LayoutChecks;
 use crate::link::Link;
 use crate::manifest::Manifest;
-use crate::masks::Overlaid;
+use crate::masks::MaskSizes;
 use crate::material::Values;
 use crate::observer::{Event, Observer};
 use crate::outputs::{self, Outputs};
@@ -51,8 +51,8 @@ impl Transfer {
         let known = KnownTexels::read(self.source_mask.as_ref(), self.fill.as_ref())?;
         known.check(observer)?;
         let known = Arc::new(known);
-        let overlaid = Arc::new(self.overlaid());
-        self.check_batches(&plan, &link, size, &overlaid)?;
+        let mask_sizes = Arc::new(self.mask_sizes());
+        self.check_batches(&plan, &link, size, &mask_sizes)?;
         let (blend, mut first_base) =
             self.blend_and_first_base(&plan, (&link, &known), size, observer)?;
         done.blend = blend;
@@ -75,7 +75,7 @@ impl Transfer {
                 base,
                 blend: done.blend.clone(),
                 known: Arc::clone(&known),
-                overlaid: Arc::clone(&overlaid),
+                mask_sizes: Arc::clone(&mask_sizes),
                 grafts: Grafts::default(),
                 layout_checks: LayoutChecks::default(),
             };
@@ -134,14 +134,14 @@ impl Transfer {
         plan: &TransferPlan,
         link: &Link,
         size: Option<Size>,
-        overlaid: &Overlaid,
+        mask_sizes: &MaskSizes,
     ) -> Result<()> {
         for batch in &plan.batches {
             let options = self.base_options(batch.onto.as_ref(), batch.values, size);
             let header = options.header();
             let target = size.or_else(|| header.map(|header| header.size));
             target.map_or(Ok(()), |target| check_formats(batch, target))?;
-            overlaid.check_base(header)?;
+            mask_sizes.check_base(header)?;
             self.check_memory(batch, link, &options, header)?;
         }
         Ok(())

@@ -138,7 +138,7 @@ impl Shared {
         call.observer.check()?;
         let source = call.source.open(self.options.values.space())?;
         let size = source.spec().size;
-        self.overlaid
+        self.mask_sizes
             .check_texture(size)
             .map_err(|failure| failure.context(call.source.name().display()))?;
         let formats = self.formats(call, &source, log)?;
