@@ -10,7 +10,7 @@ use super::harmonic::Harmonic;
 use super::rim::{Difference, Rim, SideColors};
 use super::selection::BlendDomain;
 use super::tone::{GAINS, Matrix};
-use super::toning::{BaseSkin, Recolor, Recolored, ToneError};
+use super::toning::{BaseSkin, Recolor, SideRecolors, ToneError};
 use super::{Blend, Measure, Tone};
 use crate::color::Encoding;
 use crate::sampler::Sampler;
@@ -35,7 +35,7 @@ impl Blend {
         measure: &Measure,
         source: &Texture,
         base: &Texture,
-    ) -> Result<Recolored, ToneError> {
+    ) -> Result<SideRecolors, ToneError> {
         let rim = &measure.rim;
         if rim.points.is_empty() {
             return Err(ToneError::NoBoundary);
@@ -86,7 +86,7 @@ impl Blend {
         }
         let base = base_skin.map(|model| (of_body, BaseSkin::Model(model)));
         let source = (self.options.tone != Tone::Source).then_some(of_texture);
-        Ok(Recolored { source, base })
+        Ok(SideRecolors { source, base })
     }
 
     /// The matrices that give one side's skin the statistics of the other's, if requested. They are

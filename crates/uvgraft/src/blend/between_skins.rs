@@ -11,7 +11,7 @@ use super::report::{ToneReport, lightness};
 use super::rim::{Rim, SideColors};
 use super::skins::{BodySkin, SkinSample, Skins, mean};
 use super::tone::{GAINS, Matrix, gain_between, toned};
-use super::toning::{BaseSkin, Recolor, Recolored, ToneError};
+use super::toning::{BaseSkin, Recolor, SideRecolors, ToneError};
 use super::{Blend, Measure, Tone};
 use crate::area_colors;
 use crate::color::Encoding;
@@ -68,7 +68,7 @@ impl Blend {
         labels: &Labels,
         mask: Option<BaseSkin>,
         report: &mut ToneReport,
-    ) -> Result<Recolored, ToneError> {
+    ) -> Result<SideRecolors, ToneError> {
         let mut overall = self.overall((source, base), skins, labels)?;
         let chest = mask.as_ref().and_then(|mask| self.chest(base, skins, mask));
         if let Some(chest) = chest {
@@ -118,7 +118,7 @@ impl Blend {
         let gives_way = self.options.tone != Tone::Source
             || self.options.membrane && !self.cloth_weight.is_empty();
         let source = gives_way.then(|| recolor(0));
-        Ok(Recolored { source, base })
+        Ok(SideRecolors { source, base })
     }
 
     /// How the texture and the base change everywhere.
