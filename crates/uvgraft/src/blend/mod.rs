@@ -195,11 +195,11 @@ pub struct Blend {
     options: BlendOptions,
     /// For each triangle of the target, whether it is in the region, wholly or in part.
     touched: Vec<bool>,
-    /// Signed distance of each point from the boundary, positive inside, clamped to the range that
-    /// the feather and the tone need.
+    /// Signed distance of each point of the surface from the boundary, in the target mesh's unit,
+    /// positive inside, clamped to the range that the feather and the tone need.
     inside: Vec<f32>,
-    /// Distance from the boundary at which a tone correction has faded out; `None` without a
-    /// head, where it never fades.
+    /// Distance from the boundary at which a tone correction has faded out, in the target mesh's
+    /// unit; `None` without a head, where it never fades.
     fade: Option<f64>,
     feather_fit: FeatherFit,
     measure: Option<Measure>,
@@ -239,7 +239,7 @@ struct Measure {
 #[derive(Debug)]
 pub(crate) struct BlendMap {
     blend: Arc<Blend>,
-    /// For each patch of the map, the signed distance from the boundary.
+    /// For each patch of the map, the signed distance from the boundary, as [`Blend::inside`].
     inside: Vec<[Slope; 1]>,
     /// The target's whole layout, if the base changes too.
     layout: Option<Arc<SamplingMap>>,
