@@ -32,8 +32,8 @@ use crate::threads;
 /// Grafts that are kept, one for each pair of sizes.
 const MAX_KEPT: usize = 4;
 
-/// Length of the feather of blends, in metres.
-const FEATHER_M: f64 = 0.01;
+/// Default width of the feather of blends, in the target mesh's unit: 1 cm if that is the metre.
+const DEFAULT_FEATHER: f64 = 0.01;
 
 /// A transfer that is prepared once and applied often.
 ///
@@ -966,7 +966,7 @@ impl<'py> Options<'py> {
         if region.is_none() && mode == BlendMode::None && !is_matched {
             return self.check_without_blend(is_feathered).map(|()| None);
         }
-        let default = if mode == BlendMode::None { 0.0 } else { FEATHER_M };
+        let default = if mode == BlendMode::None { 0.0 } else { DEFAULT_FEATHER };
         let feather = feather.unwrap_or(default);
         if !(0.0..=1e9).contains(&feather) {
             return Err(bad_value(format_args!("feather must not be negative, got {feather}")));

@@ -1,7 +1,7 @@
 //! The compiled part of the Python package `uvgraft`.
 //!
-//! It converts arguments and results, and leaves the work to the crates. Docstrings and types are in
-//! the package's stub, `uvgraft/_uvgraft.pyi`.
+//! It converts arguments and results, and leaves the work to the crates. Doc comments of what
+//! Python sees are its docstrings; types are in the package's stub, `uvgraft/_uvgraft.pyi`.
 
 #![expect(clippy::needless_pass_by_value, reason = "the interpreter hands over owned arguments")]
 #![expect(

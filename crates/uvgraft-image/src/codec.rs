@@ -133,7 +133,9 @@ pub trait RowDecoder: Send {
         true
     }
 
-    /// Skips rows, of which there are as many.
+    /// Skips the next rows.
+    ///
+    /// - `rows`: at most as many as are left.
     ///
     /// # Errors
     /// [`ImageError`] if they are damaged.
@@ -142,7 +144,8 @@ pub trait RowDecoder: Send {
     /// Decodes the next rows into the rows `places` of `texels`. With the last row, the rest of the file is
     /// verified.
     ///
-    /// - `texels`: of the depth of the header, and with its channels.
+    /// - `texels`: of the depth of the header, and with its channels; row after row, as wide as the
+    ///   image, and at least up to the end of `places`.
     ///
     /// # Errors
     /// [`ImageError`] if they are damaged.
@@ -159,7 +162,7 @@ pub trait RowDecoder: Send {
 pub trait RowEncoder: Send {
     /// Encodes the next rows, whole ones.
     ///
-    /// - `texels`: as the image was announced.
+    /// - `texels`: of the width, depth and channels that [`StartRows`] was given.
     ///
     /// # Errors
     /// [`EncodeError`] if they cannot be written.

@@ -17,7 +17,7 @@ use crate::material::Values;
 
 /// Options for loading a base.
 #[derive(Debug, Clone, Copy)]
-pub(crate) struct BaseOrder<'a> {
+pub(crate) struct BaseOptions<'a> {
     /// An image, a colour, or nothing.
     pub(crate) onto: Option<&'a BaseSource>,
     /// Size to resize an image to.
@@ -29,7 +29,7 @@ pub(crate) struct BaseOrder<'a> {
     pub(crate) is_material: bool,
 }
 
-impl BaseOrder<'_> {
+impl BaseOptions<'_> {
     /// Checks what [`Base::new`] requires, as far as possible without decoding.
     pub(crate) fn check(&self) -> Result<()> {
         match self.onto.and_then(BaseSource::as_image) {
@@ -93,16 +93,16 @@ struct ImageInfo {
 }
 
 impl Base {
-    /// - `again`: keep an image in memory, because several textures are composited onto it, or
-    ///   because its colours are analysed first.
-    pub(crate) fn new(order: &BaseOrder<'_>, again: bool) -> Result<Self> {
-        let BaseOrder { onto, size: wanted, values, filter, averaging, .. } = *order;
+    /// - `is_kept`: whether to keep an image in memory, because several textures are composited
+    ///   onto it, or because its colours are analysed first.
+    pub(crate) fn new(options: &BaseOptions<'_>, is_kept: bool) -> Result<Self> {
+        let BaseOptions { onto, size: wanted, values, filter, averaging, .. } = *options;
         let Some(BaseSource::Image(image)) = onto else {
             let unit = match onto {
                 Some(BaseSource::Color(unit)) => *unit,
                 _ => values.default_base(),
             };
-            return Ok(Self::of(Content::Color(unit), order.size_without_image()?, 0));
+            return Ok(Self::of(Content::Color(unit), options.size_without_image()?, 0));
         };
         let reader = BandReader::with(image, values.space());
         let reader = reader.map_err(|error| not_a_base(&error, image))?;
@@ -113,7 +113,7 @@ impl Base {
         let known = ImageInfo { name, format, icc, holds_light };
         let found = reader.spec().size;
         let size = wanted.unwrap_or(found);
-        if !again && size == found {
+        if !is_kept && size == found {
             let content = Content::File { reader: Mutex::new(Some(reader)), known };
             return Ok(Self::of(content, size, 0));
         }

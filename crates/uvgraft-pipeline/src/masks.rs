@@ -34,16 +34,17 @@ impl Uniform {
     }
 }
 
-/// The images among the options that are laid over textures, by the layout that they are in.
+/// The names and sizes of the images among the options that are read as masks or labels, by the
+/// layout that they are in.
 #[derive(Debug, Default)]
-pub(crate) struct Overlaid {
+pub(crate) struct MaskSizes {
     /// Over the textures that are transferred.
     textures: Vec<(String, Size)>,
     /// Over the base.
     base: Vec<(String, Size)>,
 }
 
-impl Overlaid {
+impl MaskSizes {
     /// Checks the aspect ratios of what is laid over a texture.
     ///
     /// # Errors
@@ -75,25 +76,25 @@ fn check(images: &[(String, Size)], what: &str, wanted: Size) -> Result<()> {
 impl Transfer {
     /// The images among the options that are laid over textures. Those that cannot be read are left to
     /// whoever reads them, and so are pipes, which can be read only once.
-    pub(crate) fn overlaid(&self) -> Overlaid {
+    pub(crate) fn mask_sizes(&self) -> MaskSizes {
         let sized = |input: &Input| {
             let is_lasting = input.path().is_none_or(std::path::Path::is_file);
             let header = is_lasting.then(|| image::read_header(input).ok()).flatten()?;
             Some((input.to_string(), header.size))
         };
-        let mut overlaid = Overlaid::default();
+        let mut mask_sizes = MaskSizes::default();
         let blending = self.blending.as_ref();
-        overlaid.textures.extend(blending.and_then(|it| it.labels.as_ref()).and_then(sized));
-        overlaid.base.extend(blending.and_then(|it| it.skin.as_ref()).and_then(sized));
+        mask_sizes.textures.extend(blending.and_then(|it| it.labels.as_ref()).and_then(sized));
+        mask_sizes.base.extend(blending.and_then(|it| it.skin.as_ref()).and_then(sized));
         for part in self.region.include.iter().chain(&self.region.exclude) {
             if Format::from_path(part.input.name()).is_some() {
                 let is_source = part.side == uvgraft::Side::Source;
                 let is_read = is_source == (self.direction == Direction::Forward);
-                let side = if is_read { &mut overlaid.textures } else { &mut overlaid.base };
+                let side = if is_read { &mut mask_sizes.textures } else { &mut mask_sizes.base };
                 side.extend(sized(&part.input));
             }
         }
-        overlaid
+        mask_sizes
     }
 }
 

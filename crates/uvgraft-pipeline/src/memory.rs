@@ -11,7 +11,7 @@ use uvgraft::{Averaging, Depth, Encoding, Size, TexelFormat, threads};
 use uvgraft_files::input::Input;
 use uvgraft_image::{self as image, Format, Header};
 
-use crate::base::{Base, BaseOrder, bytes_of};
+use crate::base::{Base, BaseOptions, bytes_of};
 use crate::base_source::BaseSource;
 use crate::failure::{Failure, Result};
 use crate::link::Link;
@@ -81,12 +81,12 @@ impl Transfer {
         &self,
         batch: &Batch,
         link: &Link,
-        order: &BaseOrder<'_>,
+        base: &BaseOptions<'_>,
         header: Option<Header>,
     ) -> Result<()> {
         let Some(bound) = self.memory else { return Ok(()) };
-        let base = header.map_or(0, |header| base_bytes(order, header, self.keeps_base(batch)));
-        let size = order.size.or_else(|| header.map(|header| header.size));
+        let size = base.size.or_else(|| header.map(|header| header.size));
+        let base = header.map_or(0, |header| base_bytes(base, header, self.keeps_base(batch)));
         let target = size.unwrap_or(Size::square(1));
         let blend = match (&self.blending, link.pair()) {
             (Some(blending), Some(pair)) => {
@@ -145,10 +145,10 @@ fn refuse_beyond(work: &str, bound: u64, needed: u64) -> Result<()> {
 }
 
 /// Upper bound of the bytes that decoding a base takes and leaves.
-fn base_bytes(order: &BaseOrder<'_>, header: Header, keeps: bool) -> u64 {
-    let target = order.size.unwrap_or(header.size);
+fn base_bytes(options: &BaseOptions<'_>, header: Header, keeps: bool) -> u64 {
+    let target = options.size.unwrap_or(header.size);
     let is_resized = target != header.size;
-    let decoded = decoded_bytes(order.onto.and_then(BaseSource::as_image), &header);
+    let decoded = decoded_bytes(options.onto.and_then(BaseSource::as_image), &header);
     let resized = TexelFormat {
         channels: header.channels,
         depth: if is_resized { Depth::F32 } else { header.depth },

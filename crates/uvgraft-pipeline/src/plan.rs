@@ -41,7 +41,7 @@ impl TransferPlan {
     /// Creates the folders of outputs that do not exist. Other shards may be doing the same.
     pub(crate) fn create_folders(&mut self) -> Result<()> {
         let new = self.new_folder.take();
-        // A manifest may name subfolders.
+        // A list of textures may name outputs in subfolders.
         let folders: BTreeSet<&Path> = self.jobs().filter_map(|job| job.output.parent()).collect();
         let missing = |folder: &&Path| !folder.as_os_str().is_empty() && !folder.is_dir();
         let missing = folders.into_iter().filter(missing);

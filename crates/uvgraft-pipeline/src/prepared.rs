@@ -85,11 +85,11 @@ impl Transfer {
         let size = link.size(self.size)?;
         let known = KnownTexels::read(self.source_mask.as_ref(), self.fill.as_ref())?;
         known.check(observer)?;
-        let overlaid = self.overlaid();
-        overlaid.check_base(self.base_order(onto, values, size).header())?;
+        let mask_sizes = self.mask_sizes();
+        mask_sizes.check_base(self.base_options(onto, values, size).header())?;
         let (blend, base) = threads::join(
             || self.blend(&link, &known, None, observer),
-            || Base::new(&self.base_order(onto, values, size), true),
+            || Base::new(&self.base_options(onto, values, size), true),
         );
         let (blend, base) = (blend?, base?);
         base.non_finite().into_iter().for_each(|warning| observer.warn(warning));
@@ -107,7 +107,7 @@ impl Transfer {
                 base,
                 blend,
                 known: Arc::new(known),
-                overlaid: Arc::new(overlaid),
+                mask_sizes: Arc::new(mask_sizes),
                 grafts: Grafts::default(),
                 layout_checks: LayoutChecks::default(),
             },

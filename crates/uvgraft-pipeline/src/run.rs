@@ -8,7 +8,7 @@ use uvgraft::{Blend, BlendDomain, Filter, Overlap, Size, Tone, threads};
 use uvgraft_files::input::Input;
 use uvgraft_image::{self as image, Format, Image};
 
-use crate::base::{Base, BaseOrder};
+use crate::base::{Base, BaseOptions};
 use crate::base_source::BaseSource;
 use crate::batch;
 use crate::blending::{Blending, KnownTexels};
@@ -17,7 +17,7 @@ use crate::fingerprint::Seen;
 use crate::layout_checks::LayoutChecks;
 use crate::link::Link;
 use crate::manifest::Manifest;
-use crate::masks::Overlaid;
+use crate::masks::MaskSizes;
 use crate::material::Values;
 use crate::observer::{Event, Observer};
 use crate::outputs::{self, Outputs};
@@ -51,8 +51,8 @@ impl Transfer {
         let known = KnownTexels::read(self.source_mask.as_ref(), self.fill.as_ref())?;
         known.check(observer)?;
         let known = Arc::new(known);
-        let overlaid = Arc::new(self.overlaid());
-        self.check_batches(&plan, &link, size, &overlaid)?;
+        let mask_sizes = Arc::new(self.mask_sizes());
+        self.check_batches(&plan, &link, size, &mask_sizes)?;
         let (blend, mut first_base) =
             self.blend_and_first_base(&plan, (&link, &known), size, observer)?;
         done.blend = blend;
@@ -75,7 +75,7 @@ impl Transfer {
                 base,
                 blend: done.blend.clone(),
                 known: Arc::clone(&known),
-                overlaid: Arc::clone(&overlaid),
+                mask_sizes: Arc::clone(&mask_sizes),
                 grafts: Grafts::default(),
                 layout_checks: LayoutChecks::default(),
             };
@@ -134,15 +134,15 @@ impl Transfer {
         plan: &TransferPlan,
         link: &Link,
         size: Option<Size>,
-        overlaid: &Overlaid,
+        mask_sizes: &MaskSizes,
     ) -> Result<()> {
         for batch in &plan.batches {
-            let order = self.base_order(batch.onto.as_ref(), batch.values, size);
-            let header = order.header();
+            let options = self.base_options(batch.onto.as_ref(), batch.values, size);
+            let header = options.header();
             let target = size.or_else(|| header.map(|header| header.size));
             target.map_or(Ok(()), |target| check_formats(batch, target))?;
-            overlaid.check_base(header)?;
-            self.check_memory(batch, link, &order, header)?;
+            mask_sizes.check_base(header)?;
+            self.check_memory(batch, link, &options, header)?;
         }
         Ok(())
     }
@@ -165,7 +165,7 @@ impl Transfer {
         }
         if plan.batches.len() > 1 {
             plan.batches.iter().try_for_each(|batch| {
-                self.base_order(batch.onto.as_ref(), batch.values, size).check()
+                self.base_options(batch.onto.as_ref(), batch.values, size).check()
             })?;
         }
         Ok((blend, first_base.transpose()?))
@@ -410,13 +410,13 @@ impl Transfer {
     }
 
     /// - `size`: of the results, if it is not that of the base.
-    pub(crate) fn base_order<'a>(
+    pub(crate) fn base_options<'a>(
         &self,
         onto: Option<&'a BaseSource>,
         values: Values,
         size: Option<Size>,
-    ) -> BaseOrder<'a> {
-        BaseOrder {
+    ) -> BaseOptions<'a> {
+        BaseOptions {
             onto,
             size,
             values,
@@ -427,8 +427,8 @@ impl Transfer {
     }
 
     fn base(&self, batch: &Batch, size: Option<Size>) -> Result<Base> {
-        let order = self.base_order(batch.onto.as_ref(), batch.values, size);
-        Base::new(&order, self.keeps_base(batch))
+        let options = self.base_options(batch.onto.as_ref(), batch.values, size);
+        Base::new(&options, self.keeps_base(batch))
     }
 
     /// Whether the base of a batch is read more than once.

@@ -14,7 +14,7 @@ use crate::blending::KnownTexels;
 use crate::failure::{Blame, Failure, Result};
 use crate::layout_checks::LayoutChecks;
 use crate::link::Link;
-use crate::masks::Overlaid;
+use crate::masks::MaskSizes;
 use crate::material::Values;
 use crate::transfer::Transfer;
 use crate::unchanged::Unchanged;
@@ -52,7 +52,7 @@ pub(crate) struct Shared {
     pub(crate) base: Base,
     pub(crate) blend: Option<Arc<Blend>>,
     pub(crate) known: Arc<KnownTexels>,
-    pub(crate) overlaid: Arc<Overlaid>,
+    pub(crate) mask_sizes: Arc<MaskSizes>,
     pub(crate) grafts: Grafts,
     pub(crate) layout_checks: LayoutChecks,
     /// What results have in common, if there may be several and the base is in memory.

@@ -34,7 +34,8 @@ pub(crate) struct Call<'a> {
     pub(crate) observer: &'a dyn Observer,
 }
 
-/// The analysis of a texture, once it is made.
+/// What is found out about one texture and used by others: the first of a batch decides on the mask
+/// and the preview of all.
 pub(crate) struct Analysis {
     wants_mask: bool,
     found: OnceLock<Excluded>,
@@ -132,13 +133,14 @@ impl Shared {
         Outcome { result, log }
     }
 
-    /// Decodes the source while the graft is prepared, finds the tone, and streams the base through
-    /// the overlay band by band.
+    /// Decodes the source and prepares the graft, finds the tone, and streams the base through the
+    /// overlay band by band. If the texture is processed alone, the first two run in parallel, and
+    /// the base is decoded ahead meanwhile.
     fn try_transfer(&self, call: &Call<'_>, log: &mut Log) -> Result<Done> {
         call.observer.check()?;
         let source = call.source.open(self.options.values.space())?;
         let size = source.spec().size;
-        self.overlaid
+        self.mask_sizes
             .check_texture(size)
             .map_err(|failure| failure.context(call.source.name().display()))?;
         let formats = self.formats(call, &source, log)?;

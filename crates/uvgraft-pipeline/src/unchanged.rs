@@ -9,8 +9,9 @@ use uvgraft_image::{Segment, Segments};
 
 use crate::base::Base;
 
-/// For colours, which compress well.
-const LEAST: u64 = 4 << 20;
+/// The least limit in bytes, for bases of one colour: they occupy no memory, and their segments
+/// compress well.
+const MIN_LIMIT: u64 = 4 << 20;
 
 /// What the bytes of an unchanged segment depend on, apart from its place.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
@@ -21,12 +22,12 @@ pub(crate) struct SegmentKind {
     pub(crate) segments: Segments,
 }
 
-/// The segments of one kind, from top to bottom, as far as they are known.
-pub(crate) type Known = Arc<[OnceLock<Segment>]>;
+/// The segments of one kind, from top to bottom; those that no texture has needed yet are empty.
+pub(crate) type Cells = Arc<[OnceLock<Segment>]>;
 
 /// Encoded segments of one base.
 pub(crate) struct Unchanged {
-    of: Mutex<HashMap<SegmentKind, Known>>,
+    by_kind: Mutex<HashMap<SegmentKind, Cells>>,
     /// Bytes that segments may occupy, and do.
     limit: u64,
     bytes: AtomicU64,
@@ -36,11 +37,11 @@ impl Unchanged {
     /// Nothing yet. No more is kept than half of what the base occupies; beyond, segments are encoded
     /// for each texture.
     pub(crate) fn of_base(base: &Base) -> Self {
-        Self::new((base.bytes() / 2).max(LEAST))
+        Self::new((base.bytes() / 2).max(MIN_LIMIT))
     }
 
     fn new(limit: u64) -> Self {
-        Self { of: Mutex::default(), limit, bytes: AtomicU64::new(0) }
+        Self { by_kind: Mutex::default(), limit, bytes: AtomicU64::new(0) }
     }
 
     /// Most bytes that they will occupy.
@@ -48,14 +49,16 @@ impl Unchanged {
         self.limit
     }
 
-    /// The segments of a kind.
-    pub(crate) fn of(&self, kind: SegmentKind, count: usize) -> Known {
-        let mut of = self.of.lock().unwrap_or_else(PoisonError::into_inner);
-        of.entry(kind).or_insert_with(|| (0..count).map(|_| OnceLock::new()).collect()).clone()
+    /// The segments of a kind, `count` in an image.
+    pub(crate) fn of(&self, kind: SegmentKind, count: usize) -> Cells {
+        let mut by_kind = self.by_kind.lock().unwrap_or_else(PoisonError::into_inner);
+        by_kind.entry(kind).or_insert_with(|| (0..count).map(|_| OnceLock::new()).collect()).clone()
     }
 
     /// Keeps a segment if there is room; returns it if there is none, or if another thread was
     /// faster.
+    ///
+    /// - `cell`: that of the segment, from [`Unchanged::of`].
     pub(crate) fn keep(&self, cell: &OnceLock<Segment>, segment: Segment) -> Option<Segment> {
         let bytes = segment.bytes() as u64;
         let before = self.bytes.fetch_add(bytes, Ordering::Relaxed);

@@ -142,19 +142,19 @@ pub(crate) struct NotFinite {
 impl FitSystem {
     /// - `sampling`: gives the starting point `f₀`. The result is meant to be read with the same
     ///   filter.
-    /// - `way`: that of `sampling`.
-    pub fn new(way: &MapInputs<'_>, sampling: Arc<Resampler>) -> Self {
+    /// - `inputs`: what the map of `sampling` was made from.
+    pub fn new(inputs: &MapInputs<'_>, sampling: Arc<Resampler>) -> Self {
         let unknowns = TexelSet::linked(sampling.map(), |_| true);
         // No equations for the gutter, nor for anything outside the unknowns, island or not: texels
         // at their boundary must not compensate for whatever the base holds there.
         let back = MapInputs {
-            direction: way.direction.opposite(),
+            direction: inputs.direction.opposite(),
             target_size: sampling.source_size(),
-            map: MapOptions::with_gutter(0).prefer(way.map.prefer),
-            ..*way
+            map: MapOptions::with_gutter(0).prefer(inputs.map.prefer),
+            ..*inputs
         };
         let back = Arc::new(Resampler::reading(&back, &unknowns, sampling.filter()));
-        let lost = lost_pieces(way);
+        let lost = lost_pieces(inputs);
         let equations = TexelSet::linked(back.map(), |patch| !lost[patch.piece as usize]);
         Self { sampling, back: Operator::new(back), unknowns, equations }
     }
@@ -345,11 +345,11 @@ impl Regularization {
 /// Which pieces of the opposite direction read texels that another island of the target's layout
 /// owns. Where islands overlap, such as two eyes on one disc, the one that lost its texels must not
 /// enter the equations.
-fn lost_pieces(way: &MapInputs<'_>) -> Vec<bool> {
-    let target = way.pair.to(way.direction);
-    let precedence = Precedence::of(&way.pair.oriented(way.direction), way.map.prefer);
-    let coverage = Coverage::new(&LayoutTriangles::new(target, way.target_size), &precedence);
-    let back = way.pair.face_pieces(way.direction.opposite());
+fn lost_pieces(inputs: &MapInputs<'_>) -> Vec<bool> {
+    let target = inputs.pair.to(inputs.direction);
+    let precedence = Precedence::of(&inputs.pair.oriented(inputs.direction), inputs.map.prefer);
+    let coverage = Coverage::new(&LayoutTriangles::new(target, inputs.target_size), &precedence);
+    let back = inputs.pair.face_pieces(inputs.direction.opposite());
     if coverage.overlapping == 0 {
         return vec![false; back.all().len()];
     }
@@ -358,7 +358,7 @@ fn lost_pieces(way: &MapInputs<'_>) -> Vec<bool> {
         let face = piece.from;
         // Test the centroid of the whole face, however it is cut: the centroid of a part at an
         // island's edge may lie where no island owns a texel.
-        let corners = corners_px(target, face as usize, way.target_size);
+        let corners = corners_px(target, face as usize, inputs.target_size);
         let centre =
             [0, 1].map(|axis| corners.iter().map(|corner| corner[axis]).sum::<f64>() / 3.0);
         coverage.owner(centre).is_some_and(|owner| island_of(owner) != island_of(face))
@@ -488,12 +488,12 @@ mod tests {
         let parts = parts.map(|part| Piece::part((1, part), (1, part)));
         let pieces = [Piece::whole(0, 0, [0, 1, 2])].into_iter().chain(parts);
         let pair = Pair::from_pieces(source, target, pieces).unwrap();
-        let way = MapInputs {
+        let inputs = MapInputs {
             pair: &pair,
             direction: Direction::Forward,
             target_size: Size::square(100),
             map: MapOptions::default(),
         };
-        assert_eq!(lost_pieces(&way), [false, true, true, true]);
+        assert_eq!(lost_pieces(&inputs), [false, true, true, true]);
     }
 }

@@ -100,9 +100,9 @@ mod tests {
 
     fn operator(pair: &Pair, source: Size, target_size: Size, filter: Filter) -> Operator {
         let map = MapOptions::with_gutter(2);
-        let way = MapInputs { pair, direction: Direction::Forward, target_size, map };
-        let maps = way.maps(Overlap::First);
-        Operator::new(Arc::new(Resampler::new(&way, maps, source, filter)))
+        let inputs = MapInputs { pair, direction: Direction::Forward, target_size, map };
+        let maps = inputs.maps(Overlap::First);
+        Operator::new(Arc::new(Resampler::new(&inputs, maps, source, filter)))
     }
 
     /// Triangles scattered over both layouts, some minified, some beyond the edge of the texture.

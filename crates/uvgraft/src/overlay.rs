@@ -57,9 +57,9 @@ pub(crate) enum Layer {
     Solved(Arc<Vec<f32>>),
 }
 
-/// The values of a [`Layer`] in the working depth.
+/// A [`Layer`], its values in the working depth.
 #[derive(Clone, Copy)]
-enum Values<'v, T> {
+enum LayerRef<'v, T> {
     Sampled { source: &'v [T], is_opaque: bool },
     Solved(&'v [f32]),
 }
@@ -269,32 +269,32 @@ impl Overlay {
                 let is_opaque = source.is_opaque;
                 match (source.texture.texels(), target) {
                     (Texels::U8(source), TexelsMut::U8(target)) => {
-                        self.lay_values(first_row, target, Values::Sampled { source, is_opaque });
+                        self.lay_values(first_row, target, LayerRef::Sampled { source, is_opaque });
                     }
                     (Texels::U16(source), TexelsMut::U16(target)) => {
-                        self.lay_values(first_row, target, Values::Sampled { source, is_opaque });
+                        self.lay_values(first_row, target, LayerRef::Sampled { source, is_opaque });
                     }
                     (Texels::F32(source), TexelsMut::F32(target)) => {
-                        self.lay_values(first_row, target, Values::Sampled { source, is_opaque });
+                        self.lay_values(first_row, target, LayerRef::Sampled { source, is_opaque });
                     }
                     _ => unreachable!("both were converted to one depth"),
                 }
             }
             (Layer::Solved(layer), TexelsMut::U8(target)) => {
-                self.lay_values(first_row, target, Values::Solved(layer));
+                self.lay_values(first_row, target, LayerRef::Solved(layer));
             }
             (Layer::Solved(layer), TexelsMut::U16(target)) => {
-                self.lay_values(first_row, target, Values::Solved(layer));
+                self.lay_values(first_row, target, LayerRef::Solved(layer));
             }
             (Layer::Solved(layer), TexelsMut::F32(target)) => {
-                self.lay_values(first_row, target, Values::Solved(layer));
+                self.lay_values(first_row, target, LayerRef::Solved(layer));
             }
         }
     }
 
     /// Lays the texture over a band in the working format. With a blend, rows are first sampled
     /// into a layer of their own, [`ROWS_AT_ONCE`] at a time, and then blended into the band.
-    fn lay_values<T: Value>(&self, first_row: u32, band: &mut [T], values: Values<'_, T>) {
+    fn lay_values<T: Value>(&self, first_row: u32, band: &mut [T], values: LayerRef<'_, T>) {
         let Some((blend, gains)) = &self.blend else {
             return self.fill(first_row, band, values);
         };
@@ -341,17 +341,17 @@ impl Overlay {
     }
 
     /// Writes the layer, unblended, over rows in the working format.
-    fn fill<T: Value>(&self, first_row: u32, rows: &mut [T], values: Values<'_, T>) {
+    fn fill<T: Value>(&self, first_row: u32, rows: &mut [T], values: LayerRef<'_, T>) {
         let channels = self.formats.channels().count();
         let has_alpha = self.formats.has_alpha();
         match values {
-            Values::Sampled { source, is_opaque } => {
+            LayerRef::Sampled { source, is_opaque } => {
                 let shape = TexelShape { channels, has_alpha, is_opaque };
                 self.resampler.fill(shape, source, first_row, rows, |map, rows| {
                     self.turn(map, first_row, rows);
                 });
             }
-            Values::Solved(layer) => self.copy((channels, has_alpha), layer, first_row, rows),
+            LayerRef::Solved(layer) => self.copy((channels, has_alpha), layer, first_row, rows),
         }
     }
 

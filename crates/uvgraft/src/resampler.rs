@@ -1,4 +1,5 @@
-//! The resampler for source textures of one size: sampling map, filter paths and source padding.
+//! The resampler for source textures of one size: the sampling map, where its runs read in the
+//! source, and the padding that they read.
 
 use std::ops::Range;
 use std::sync::Arc;
@@ -49,8 +50,8 @@ pub(crate) struct Resampler {
     paths: Paths,
     /// Source tiles that the map reads.
     tiles: Tiles,
-    /// These and all from which values come, where padding is read.
-    near: Tiles,
+    /// These and those within the reach of the padding, which takes its values from them.
+    widened: Tiles,
     padding: Padding,
     beneath: Option<Beneath>,
 }
@@ -87,12 +88,12 @@ impl Resampler {
     ///
     /// - `map`, `beneath`: from [`MapInputs::maps`].
     pub fn new(
-        way: &MapInputs<'_>,
+        inputs: &MapInputs<'_>,
         (map, beneath): (Arc<SamplingMap>, Option<Arc<SamplingMap>>),
         source_size: Size,
         filter: Filter,
     ) -> Self {
-        let (from, to) = (way.pair.from(way.direction), way.pair.to(way.direction));
+        let (from, to) = (inputs.pair.from(inputs.direction), inputs.pair.to(inputs.direction));
         let paths = Paths::new(&map, source_size, filter);
         let mut reads = Reads::new(&map, Some(to), &paths);
         let mut reach = reads.reach(&map, map.border_patches(), source_size, filter);
@@ -103,22 +104,22 @@ impl Resampler {
             reach = reach.max(others.reach(&map, map.border_patches(), source_size, filter));
             Beneath { map, paths }
         });
-        let near = reads.tiles.widened(reach);
+        let widened = reads.tiles.widened(reach);
         let padding =
-            Padding::new(&TexelSet::covered(from, source_size, &near), reach, &reads.tiles);
-        Self { filter, map, paths, tiles: reads.tiles, near, padding, beneath }
+            Padding::new(&TexelSet::covered(from, source_size, &widened), reach, &reads.tiles);
+        Self { filter, map, paths, tiles: reads.tiles, widened, padding, beneath }
     }
 
     /// As [`Resampler::new`], but pads everything outside a region of the source, whether
     /// islands cover it or not.
-    pub fn reading(way: &MapInputs<'_>, region: &TexelSet, filter: Filter) -> Self {
-        let (map, _) = way.maps(Overlap::First);
+    pub fn reading(inputs: &MapInputs<'_>, region: &TexelSet, filter: Filter) -> Self {
+        let (map, _) = inputs.maps(Overlap::First);
         let paths = Paths::new(&map, region.size(), filter);
-        let reads = Reads::new(&map, Some(way.pair.to(way.direction)), &paths);
+        let reads = Reads::new(&map, Some(inputs.pair.to(inputs.direction)), &paths);
         let reach = reads.reach(&map, map.patches(), region.size(), filter);
         let padding = Padding::new(region, reach, &reads.tiles);
-        let near = reads.tiles.widened(reach);
-        Self { filter, map, paths, tiles: reads.tiles, near, padding, beneath: None }
+        let widened = reads.tiles.widened(reach);
+        Self { filter, map, paths, tiles: reads.tiles, widened, padding, beneath: None }
     }
 
     /// As [`Resampler::new`], for a map of any origin: as no islands of the source are known, nothing
@@ -127,7 +128,7 @@ impl Resampler {
         let paths = Paths::new(&map, source_size, filter);
         let tiles = Reads::new(&map, None, &paths).tiles;
         let padding = Padding::none(source_size);
-        Self { filter, map, paths, near: tiles.clone(), tiles, padding, beneath: None }
+        Self { filter, map, paths, widened: tiles.clone(), tiles, padding, beneath: None }
     }
 
     /// The sampling map.
@@ -151,12 +152,12 @@ impl Resampler {
 
     /// The source rows that results depend on; the contents of all other rows do not matter.
     pub fn source_rows(&self) -> Range<u32> {
-        self.near.rows_between(self.paths.source().height)
+        self.widened.rows_between(self.paths.source().height)
     }
 
     /// The source tiles that results depend on; the contents of all others do not matter.
     pub fn source_tiles(&self) -> &Tiles {
-        &self.near
+        &self.widened
     }
 
     /// The size of source textures.
@@ -193,7 +194,9 @@ impl Resampler {
 
     /// Fills the texels that the map reaches in some rows of the target.
     ///
-    /// - `source`: padded, in the working format, with the same channels as `rows`.
+    /// - `shape`: of the texels of `source` and `rows`.
+    /// - `source`: all texels of a source, padded, in the working format.
+    /// - `rows`: whole rows of the target from `first_row` on.
     /// - `adjust`: applied to the texels that were sampled through a map, before they are averaged
     ///   with those beneath; it rotates tangent-space normals.
     pub fn fill<T: Value>(
@@ -225,6 +228,12 @@ impl Resampler {
 
     /// Resamples floats with `C` values per texel, none of them alpha: pads `source` in place and
     /// writes the texels of `target` that the map reaches.
+    ///
+    /// - `source`: all texels of a source of [`Resampler::source_size`].
+    /// - `target`: all texels of a target of the map's size.
+    ///
+    /// # Panics
+    /// If `source` has another length.
     pub fn fill_floats<const C: usize>(&self, source: &mut [f32], target: &mut [f32]) {
         let size = self.source_size();
         assert_eq!(source.len(), size.texels() * C, "{size} with {C} channels");

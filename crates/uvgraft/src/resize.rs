@@ -34,8 +34,9 @@ impl Texture {
         )?;
         let pair = square();
         let map = MapOptions::with_gutter(0);
-        let way = MapInputs { pair: &pair, direction: Direction::Forward, target_size: size, map };
-        let resampler = Resampler::new(&way, way.maps(Overlap::First), self.size(), filter);
+        let inputs =
+            MapInputs { pair: &pair, direction: Direction::Forward, target_size: size, map };
+        let resampler = Resampler::new(&inputs, inputs.maps(Overlap::First), self.size(), filter);
         let formats = Formats::new(format, format, averaging);
         let source = resampler.source(&formats, self);
         let shape = TexelShape {

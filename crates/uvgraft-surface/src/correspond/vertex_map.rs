@@ -11,7 +11,7 @@ use crate::mesh::Mesh;
 use crate::pair::Pair;
 use crate::piece::Piece;
 
-/// Why links that were found are none.
+/// The message if triangles correspond, but no texture reaches any of them.
 pub(super) const OUTSIDE: &str = "all matching faces have UV coordinates outside the unit square; \
     `outside` repeat moves them into it, unless they cross borders of tiles";
 

@@ -7,10 +7,10 @@ use uvgraft_surface::statistics::ColorMatch;
 use uvgraft_surface::threads::map_indices;
 
 use super::harmonic::Harmonic;
-use super::rim::{Difference, Rim, Side};
+use super::rim::{Difference, Rim, SideColors};
 use super::selection::BlendDomain;
 use super::tone::{GAINS, Matrix};
-use super::toning::{BaseSkin, Recolor, Recolored, ToneError};
+use super::toning::{BaseSkin, Recolor, SideRecolors, ToneError};
 use super::{Blend, Measure, Tone};
 use crate::color::Encoding;
 use crate::sampler::Sampler;
@@ -35,7 +35,7 @@ impl Blend {
         measure: &Measure,
         source: &Texture,
         base: &Texture,
-    ) -> Result<Recolored, ToneError> {
+    ) -> Result<SideRecolors, ToneError> {
         let rim = &measure.rim;
         if rim.points.is_empty() {
             return Err(ToneError::NoBoundary);
@@ -86,7 +86,7 @@ impl Blend {
         }
         let base = base_skin.map(|model| (of_body, BaseSkin::Model(model)));
         let source = (self.options.tone != Tone::Source).then_some(of_texture);
-        Ok(Recolored { source, base })
+        Ok(SideRecolors { source, base })
     }
 
     /// The matrices that give one side's skin the statistics of the other's, if requested. They are
@@ -95,13 +95,13 @@ impl Blend {
         &self,
         source: &Texture,
         base: &Texture,
-        [of_source, of_base]: [&mut Side; 2],
+        [of_source, of_base]: [&mut SideColors; 2],
     ) -> Result<[Recolor; 2], ToneError> {
         let none = || Recolor { matrix: None, gains: Vec::new() };
         if !self.options.match_skin {
             return Ok([none(), none()]);
         }
-        let skin_of = |what, side: &Side, all: Vec<Rgb>| {
+        let skin_of = |what, side: &SideColors, all: Vec<Rgb>| {
             let model = SkinModel::new(&seeds(side), &all)
                 .map_err(|reason| ToneError::Skin { what, reason })?;
             Ok::<_, ToneError>(only_skin(&model, &all))
@@ -125,7 +125,11 @@ impl Blend {
     }
 
     /// The model of a base's skin; `None` if a mask is given.
-    fn base_model(&self, side: &Side, base: &Texture) -> Result<Option<SkinModel>, ToneError> {
+    fn base_model(
+        &self,
+        side: &SideColors,
+        base: &Texture,
+    ) -> Result<Option<SkinModel>, ToneError> {
         if self.skin.is_some() {
             return Ok(None);
         }
@@ -266,7 +270,7 @@ pub(super) fn centroid(corners: [[f64; 2]; 3]) -> [f64; 2] {
 const SKIN_SHARE: f64 = 0.2;
 
 /// The colours along a boundary, as seeds of a skin model.
-fn seeds(side: &Side) -> Vec<Rgb> {
+fn seeds(side: &SideColors) -> Vec<Rgb> {
     let with_color = side.iter().filter(|&&(_, area)| area > 0.0);
     with_color.map(|(color, _)| color.map(|value| value as f32)).collect()
 }

@@ -8,10 +8,10 @@ use uvgraft_surface::statistics::ColorMatch;
 use uvgraft_surface::threads::map_indices;
 
 use super::report::{ToneReport, lightness};
-use super::rim::{Rim, Side};
+use super::rim::{Rim, SideColors};
 use super::skins::{BodySkin, SkinSample, Skins, mean};
 use super::tone::{GAINS, Matrix, gain_between, toned};
-use super::toning::{BaseSkin, Recolor, Recolored, ToneError};
+use super::toning::{BaseSkin, Recolor, SideRecolors, ToneError};
 use super::{Blend, Measure, Tone};
 use crate::area_colors;
 use crate::color::Encoding;
@@ -68,7 +68,7 @@ impl Blend {
         labels: &Labels,
         mask: Option<BaseSkin>,
         report: &mut ToneReport,
-    ) -> Result<Recolored, ToneError> {
+    ) -> Result<SideRecolors, ToneError> {
         let mut overall = self.overall((source, base), skins, labels)?;
         let chest = mask.as_ref().and_then(|mask| self.chest(base, skins, mask));
         if let Some(chest) = chest {
@@ -118,7 +118,7 @@ impl Blend {
         let gives_way = self.options.tone != Tone::Source
             || self.options.membrane && !self.cloth_weight.is_empty();
         let source = gives_way.then(|| recolor(0));
-        Ok(Recolored { source, base })
+        Ok(SideRecolors { source, base })
     }
 
     /// How the texture and the base change everywhere.
@@ -184,7 +184,12 @@ impl Blend {
     ///
     /// Next to cloth the texture takes on all of the base's tone regardless of the options, and the
     /// base keeps its own there.
-    fn residual(&self, rim: &Rim, sides: [&Side; 2], overall: &[Overall; 2]) -> Option<Residual> {
+    fn residual(
+        &self,
+        rim: &Rim,
+        sides: [&SideColors; 2],
+        overall: &[Overall; 2],
+    ) -> Option<Residual> {
         if rim.points.is_empty() {
             return None;
         }
@@ -193,7 +198,7 @@ impl Blend {
                 let change = |&(color, area): &([f64; 3], f64)| {
                     (by(side, color.map(|value| value as f32)).map(f64::from), area)
                 };
-                sides[side].iter().map(change).collect::<Side>()
+                sides[side].iter().map(change).collect::<SideColors>()
             })
         };
         let matched = changed(&|side, rgb| overall[side].matched(rgb));

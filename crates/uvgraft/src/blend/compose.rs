@@ -18,9 +18,10 @@ use crate::texture::{Channels, Value};
 #[derive(Debug, Clone)]
 pub(crate) struct Composition<'a> {
     pub map: &'a SamplingMap,
-    /// For each patch, the signed distance from the boundary.
+    /// For each patch, the signed distance from the boundary, in the target mesh's unit, positive
+    /// inside.
     pub inside: &'a [[Slope; 1]],
-    /// Distance over which the weight grows from 0 to 1.
+    /// Distance over which the weight grows from 0 to 1, in the target mesh's unit.
     pub feather: f32,
     /// For each patch, the gains of red, green and blue; empty if there are none.
     pub gains: &'a [[Slope; 3]],
@@ -39,6 +40,8 @@ impl Composition<'_> {
     /// Composites the texels of a map, sampled into `layer`, over the rows from `first_row` on. If
     /// the last channel is alpha, `layer` includes it.
     ///
+    /// - `layer`, `rows`: whole rows as wide as the map, with the values of `channels` per texel;
+    ///   of `layer`, only the map's texels count.
     /// - `controls`: per-texel controls of the rows, [`controls::VALUES`] each; empty if there are
     ///   none.
     ///

@@ -32,14 +32,14 @@ impl Controls {
         labels: &Labels,
         leaves_out: bool,
     ) -> Self {
-        let way = MapInputs {
+        let inputs = MapInputs {
             pair: domain.pair(),
             direction: domain.direction(),
             target_size: map.size(),
             map: MapOptions::default(),
         };
         let maps = (Arc::clone(map), None);
-        let resampler = Resampler::new(&way, maps, labels.size(), Filter::Bilinear);
+        let resampler = Resampler::new(&inputs, maps, labels.size(), Filter::Bilinear);
         let texture = labels.controls();
         let formats = Formats::new(texture.format(), texture.format(), Averaging::Encoded);
         let labels = resampler.source(&formats, texture);

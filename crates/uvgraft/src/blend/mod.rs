@@ -195,11 +195,11 @@ pub struct Blend {
     options: BlendOptions,
     /// For each triangle of the target, whether it is in the region, wholly or in part.
     touched: Vec<bool>,
-    /// Signed distance of each point from the boundary, positive inside, clamped to the range that
-    /// the feather and the tone need.
+    /// Signed distance of each point of the surface from the boundary, in the target mesh's unit,
+    /// positive inside, clamped to the range that the feather and the tone need.
     inside: Vec<f32>,
-    /// Distance from the boundary at which a tone correction has faded out; `None` without a
-    /// head, where it never fades.
+    /// Distance from the boundary at which a tone correction has faded out, in the target mesh's
+    /// unit; `None` without a head, where it never fades.
     fade: Option<f64>,
     feather_fit: FeatherFit,
     measure: Option<Measure>,
@@ -239,7 +239,7 @@ struct Measure {
 #[derive(Debug)]
 pub(crate) struct BlendMap {
     blend: Arc<Blend>,
-    /// For each patch of the map, the signed distance from the boundary.
+    /// For each patch of the map, the signed distance from the boundary, as [`Blend::inside`].
     inside: Vec<[Slope; 1]>,
     /// The target's whole layout, if the base changes too.
     layout: Option<Arc<SamplingMap>>,
@@ -254,9 +254,9 @@ pub(crate) struct Gains(Option<Arc<ToneGains>>);
 #[derive(Debug)]
 struct ToneGains {
     /// Recolouring of the texture.
-    source: Option<Recoloring>,
+    source: Option<RecolorMap>,
     /// Recolouring of the base, and where the base is skin.
-    base: Option<(Recoloring, SkinTexels)>,
+    base: Option<(RecolorMap, SkinTexels)>,
     /// The blend of the remaining region, if cloth was left out.
     narrowed: Option<BlendMap>,
     controls: Option<Controls>,
@@ -269,9 +269,9 @@ enum SkinTexels {
     Mask(Arc<SkinMask>),
 }
 
-/// Recolouring of the texels of a map.
+/// A [`Recolor`] at the texels of one map.
 #[derive(Debug)]
-struct Recoloring {
+struct RecolorMap {
     matrix: Option<Matrix>,
     /// For each patch, the gains of red, green and blue; empty if there are none.
     gains: Vec<[Slope; 3]>,
@@ -503,7 +503,7 @@ impl BlendMap {
 
     /// How the base is recoloured before the texture is laid over it; `None` if it stays unchanged.
     pub fn base_change<'b>(&'b self, gains: &'b Gains) -> Option<BaseLayer<'b>> {
-        let (Recoloring { matrix, gains }, skin) = gains.0.as_ref()?.base.as_ref()?;
+        let (RecolorMap { matrix, gains }, skin) = gains.0.as_ref()?.base.as_ref()?;
         let skin = match (&self.skin, skin) {
             (Some(mask), _) | (None, SkinTexels::Mask(mask)) => SkinCriterion::Mask(mask),
             (None, SkinTexels::Model(model)) => SkinCriterion::Model(*model),
@@ -558,7 +558,7 @@ impl BlendMap {
         Ok(Gains(Some(Arc::new(ToneGains { source, base, narrowed, controls }))))
     }
 
-    fn recoloring(&self, map: &SamplingMap, recolor: &Recolor) -> Recoloring {
+    fn recoloring(&self, map: &SamplingMap, recolor: &Recolor) -> RecolorMap {
         let Recolor { matrix, gains } = recolor;
         let domain = &self.blend.domain;
         let gains = if gains.is_empty() {
@@ -566,7 +566,7 @@ impl BlendMap {
         } else {
             slopes(map, domain.mesh(), domain.surface(), |_, point| gains[point as usize])
         };
-        Recoloring { matrix: *matrix, gains }
+        RecolorMap { matrix: *matrix, gains }
     }
 
     /// The weight of the texture at each texel as an 8-bit grey texture: white where only the

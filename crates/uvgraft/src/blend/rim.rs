@@ -52,8 +52,9 @@ pub(super) struct Difference {
     pub overall: [f64; 3],
 }
 
-/// For each sampled triangle, its mean colour on one side and the area that this stands for.
-pub(super) type Side = Vec<([f64; 3], f64)>;
+/// For each sampled triangle, its mean colour on one side of the boundary, as stored sRGB values
+/// with 1.0 for full intensity, and the area that this stands for.
+pub(super) type SideColors = Vec<([f64; 3], f64)>;
 
 /// Upper limit, in mean boundary-edge lengths, of the radius in which colours are sampled around a
 /// boundary point: about 1900 triangles.
@@ -172,7 +173,7 @@ impl Rim {
     /// The source's colours around the boundary, as stored sRGB values.
     ///
     /// - `weigh`: weight of a UV coordinate, 0 to 1.
-    pub fn source(&self, texture: &Texture, weigh: impl Fn([f64; 2]) -> f32 + Sync) -> Side {
+    pub fn source(&self, texture: &Texture, weigh: impl Fn([f64; 2]) -> f32 + Sync) -> SideColors {
         let range = |samples: &Samples| samples.inside.clone();
         self.side(texture, &self.inside_uv, range, |uv, _| weigh(uv))
     }
@@ -180,7 +181,7 @@ impl Rim {
     /// The base's colours around the boundary, as stored sRGB values.
     ///
     /// - `weigh`: weight of a colour, 0 to 1.
-    pub fn base(&self, texture: &Texture, weigh: impl Fn([f32; 3]) -> f32 + Sync) -> Side {
+    pub fn base(&self, texture: &Texture, weigh: impl Fn([f32; 3]) -> f32 + Sync) -> SideColors {
         let range = |samples: &Samples| samples.outside.clone();
         self.side(texture, &self.outside_uv, range, |_, rgb| weigh(rgb))
     }
@@ -191,7 +192,7 @@ impl Rim {
         uv: &[[f64; 2]],
         range: impl Fn(&Samples) -> Range<u32> + Sync,
         weigh: impl Fn([f64; 2], [f32; 3]) -> f32 + Sync,
-    ) -> Side {
+    ) -> SideColors {
         let sampler = Sampler::new(texture);
         map_indices(self.samples.len(), |index| {
             let set = &self.samples[index];
@@ -228,11 +229,11 @@ impl Rim {
     ///   mapped to.
     pub fn difference(
         &self,
-        [from, to]: [&Side; 2],
+        [from, to]: [&SideColors; 2],
         weigh: Option<[&dyn Fn([f32; 3]) -> f32; 2]>,
         aim: impl Fn([f32; 3], [f32; 3]) -> [f32; 3],
     ) -> Option<Difference> {
-        let mean = |around: &[(u32, f64)], side: &Side| {
+        let mean = |around: &[(u32, f64)], side: &SideColors| {
             let (mut sum, mut total) = ([0.0; 3], 0.0);
             for &(index, weight) in around {
                 let (color, area) = side[index as usize];

@@ -38,19 +38,20 @@ pub(super) enum BaseSkin {
     Mask(Arc<Texture>),
 }
 
-/// Recolouring of both sides.
+/// The recolouring of each side; `None` for a side that stays as it is.
 #[derive(Debug)]
-pub(super) struct Recolored {
+pub(super) struct SideRecolors {
     pub source: Option<Recolor>,
     pub base: Option<(Recolor, BaseSkin)>,
 }
 
-/// Recolouring at every point of a surface.
+/// The recolouring of one side, at the points of the surface: independent of sizes.
 #[derive(Debug, Clone)]
 pub(super) struct Recolor {
     /// Colour transform applied before the gains.
     pub matrix: Option<Matrix>,
-    /// The gains of red, green and blue at each point; empty if there are none.
+    /// The gains of red, green and blue, on stored sRGB values, at each point of the target's
+    /// surface; empty if there are none.
     pub gains: Vec<[f32; 3]>,
 }
 
@@ -145,7 +146,7 @@ impl Blend {
         let skins = labels.as_ref().zip(body).and_then(|(labels, (body, mask))| {
             Some((Skins::new(&self.domain, source, labels, body)?, labels, mask))
         });
-        let Recolored { source, base } = match skins {
+        let SideRecolors { source, base } = match skins {
             Some((skins, labels, mask)) => {
                 let report = &mut toning.report;
                 blend.between_skins(measure, (source, base), &skins, labels, mask, report)?

@@ -4,7 +4,7 @@ use std::sync::{Arc, OnceLock};
 
 use uvgraft_surface::pair::{Direction, Pair};
 
-use super::{Blending, Graft, GraftError, Link, Unknown};
+use super::{Graft, GraftBlend, GraftError, HiddenAreas, Link};
 use crate::blend::{Blend, BlendDomain, BlendMap, BlendOptions, Selection};
 use crate::content::Content;
 use crate::filter::Filter;
@@ -31,7 +31,7 @@ pub struct GraftBuilder {
     blend: Option<BlendOptions>,
     skin: Option<Texture>,
     labels: Option<Arc<Labels>>,
-    prepared: Option<Arc<Blend>>,
+    shared_blend: Option<Arc<Blend>>,
 }
 
 impl GraftBuilder {
@@ -49,7 +49,7 @@ impl GraftBuilder {
             blend: None,
             skin: None,
             labels: None,
-            prepared: None,
+            shared_blend: None,
         }
     }
 
@@ -119,7 +119,7 @@ impl GraftBuilder {
     /// An existing blend, to be shared by several grafts; replaces [`GraftBuilder::region`],
     /// [`GraftBuilder::blend`], [`GraftBuilder::skin`] and [`GraftBuilder::labels`].
     pub fn shared_blend(self, blend: Arc<Blend>) -> Self {
-        Self { prepared: Some(blend), ..self }
+        Self { shared_blend: Some(blend), ..self }
     }
 
     /// Builds the graft.
@@ -148,7 +148,7 @@ impl GraftBuilder {
         if matches!(self.content, Content::Normals(_)) {
             return Err(GraftError::NoMeshes("normal maps need the tangent frames of two meshes"));
         }
-        if self.region.is_some() || self.blend.is_some() || self.prepared.is_some() {
+        if self.region.is_some() || self.blend.is_some() || self.shared_blend.is_some() {
             return Err(GraftError::NoMeshes("regions and blends need the surface of a mesh"));
         }
         let filter = self.filter_or_default();
@@ -178,7 +178,7 @@ impl GraftBuilder {
     fn build_with(self, pair: Arc<Pair>) -> Result<Graft, GraftError> {
         let filter = self.filter_or_default();
         let Self { sizes, direction, map, overlap, averaging, content, .. } = self;
-        let blend = match (self.prepared, self.region, self.blend) {
+        let blend = match (self.shared_blend, self.region, self.blend) {
             (Some(blend), _, _) => Some(blend),
             (None, None, None) => None,
             (None, region, options) => {
@@ -198,8 +198,8 @@ impl GraftBuilder {
                 }))
             }
         };
-        let way = MapInputs { pair: &pair, direction, target_size: sizes.to, map };
-        let resampler = Arc::new(Resampler::new(&way, way.maps(overlap), sizes.from, filter));
+        let inputs = MapInputs { pair: &pair, direction, target_size: sizes.to, map };
+        let resampler = Arc::new(Resampler::new(&inputs, inputs.maps(overlap), sizes.from, filter));
         let frames = match content {
             Content::Normals(options) => {
                 Some((Arc::new(NormalFrames::new(&pair, direction)), options))
@@ -210,9 +210,9 @@ impl GraftBuilder {
             None => None,
             Some(blend) => {
                 check_domain("blend", blend.domain(), &pair, direction)?;
-                let at = Arc::new(BlendMap::new(Arc::clone(&blend), resampler.map())?);
-                let unknown = Unknown::new(&blend, resampler.map(), content, sizes.from);
-                Some(Blending { blend, at, unknown })
+                let blend_map = Arc::new(BlendMap::new(Arc::clone(&blend), resampler.map())?);
+                let hidden = HiddenAreas::new(&blend, resampler.map(), content, sizes.from);
+                Some(GraftBlend { blend, blend_map, hidden })
             }
         };
         Ok(Graft {

@@ -68,7 +68,7 @@ pub struct Graft {
     averaging: Averaging,
     content: Content,
     resampler: Arc<Resampler>,
-    blend: Option<Blending>,
+    blend: Option<GraftBlend>,
     /// For [`Content::Normals`] only.
     frames: Option<(Arc<NormalFrames>, NormalOptions)>,
     /// Made for the first texture that is fitted.
@@ -82,22 +82,23 @@ enum Link {
     Map(Arc<SamplingMap>),
 }
 
-/// A blend, evaluated at the texels of the map.
+/// A blend at the texels of the map, and what it fills in.
 #[derive(Debug, Clone)]
-struct Blending {
+struct GraftBlend {
     blend: Arc<Blend>,
-    at: Arc<BlendMap>,
-    unknown: Unknown,
+    blend_map: Arc<BlendMap>,
+    hidden: HiddenAreas,
 }
 
-/// Areas of the target that textures do not show, filled in for blends that use labels.
+/// Areas of the target that captures do not see, the rims of eyes and mouth interiors: filled in
+/// for blends that use labels.
 #[derive(Debug, Clone, Default)]
-struct Unknown {
+struct HiddenAreas {
     eye_rims: Option<Arc<EyeRims>>,
     collapsed: Option<Arc<Collapsed>>,
 }
 
-impl Unknown {
+impl HiddenAreas {
     const fn is_some(&self) -> bool {
         self.eye_rims.is_some() || self.collapsed.is_some()
     }
@@ -185,7 +186,7 @@ impl Graft {
     ) -> Result<Overlay, GraftError> {
         let texture = texture.into();
         self.check(&texture)?;
-        let texture = if self.blend.as_ref().is_some_and(|blend| blend.unknown.is_some()) {
+        let texture = if self.blend.as_ref().is_some_and(|blend| blend.hidden.is_some()) {
             // Also reads what the map does not.
             copies::owned(texture)
         } else {
@@ -194,8 +195,8 @@ impl Graft {
         let texture = self.prepared(texture);
         let formats = self.formats(texture.format(), base);
         let source = self.resampler.source(&formats, texture);
-        let smooth = self.blend.as_ref().and_then(|Blending { blend, unknown, .. }| {
-            let collapsed = unknown.collapsed.as_ref()?;
+        let smooth = self.blend.as_ref().and_then(|GraftBlend { blend, hidden, .. }| {
+            let collapsed = hidden.collapsed.as_ref()?;
             Some(collapsed.smooth(blend.domain(), &source.texture))
         });
         let overlay = self.make_overlay(formats, Layer::Sampled(Arc::new(source)));
@@ -221,7 +222,7 @@ impl Graft {
         base_format: TexelFormat,
     ) -> Result<Option<ToneCorrection>, ToneError> {
         match &self.blend {
-            Some(Blending { blend, .. }) if self.content == Content::Color => {
+            Some(GraftBlend { blend, .. }) if self.content == Content::Color => {
                 // Data is refused, whatever the base.
                 let encoding = self.formats(texture.format(), base_format).working_encoding();
                 if encoding == Encoding::Data && blend.options().needs_colors() {
@@ -262,7 +263,7 @@ impl Graft {
         if self.frames.is_some() {
             return Err(GraftError::Fit("normal maps cannot be fitted"));
         }
-        let Some(way) = self.way() else {
+        let Some(inputs) = self.map_inputs() else {
             return Err(GraftError::Fit("a map without meshes has no way back"));
         };
         if self.resampler.beneath().is_some() {
@@ -286,7 +287,7 @@ impl Graft {
         let texture = self.prepared(copies::owned(texture));
         let formats = self.formats(texture.format(), base);
         let system =
-            self.fit.get_or_init(|| Arc::new(FitSystem::new(&way, Arc::clone(&self.resampler))));
+            self.fit.get_or_init(|| Arc::new(FitSystem::new(&inputs, Arc::clone(&self.resampler))));
         let (layer, summary) = system
             .solve(&formats, texture, options, progress)
             .map_err(|error| GraftError::NotFinite { x: error.texel[0], y: error.texel[1] })?;
@@ -326,7 +327,7 @@ impl Graft {
     /// where the base shows through a feather, black elsewhere, including the gutter.
     pub fn mask(&self) -> Texture {
         match &self.blend {
-            Some(Blending { at, .. }) => at.weights(self.map(), &Gains::default()),
+            Some(GraftBlend { blend_map, .. }) => blend_map.weights(self.map(), &Gains::default()),
             None => self.map().mask(),
         }
     }
@@ -339,24 +340,25 @@ impl Graft {
     pub fn with_texture_size(&self, from: Size) -> Result<Self, GraftError> {
         builder::check_size(from)?;
         let map = Arc::clone(self.resampler.map());
-        let resampler = Arc::new(match self.way() {
-            Some(way) => {
+        let resampler = Arc::new(match self.map_inputs() {
+            Some(inputs) => {
                 let maps = (map, self.resampler.beneath().cloned());
-                Resampler::new(&way, maps, from, self.filter())
+                Resampler::new(&inputs, maps, from, self.filter())
             }
             None => Resampler::of_map(map, from, self.filter()),
         });
         let sizes = Sizes { from, ..self.sizes };
         let blend = self.blend.clone().map(|blending| {
             let map = self.resampler.map();
-            let unknown = Unknown::new(&blending.blend, map, self.content, from);
-            Blending { unknown, ..blending }
+            let hidden = HiddenAreas::new(&blending.blend, map, self.content, from);
+            GraftBlend { hidden, ..blending }
         });
         Ok(Self { sizes, resampler, blend, fit: OnceLock::new(), ..self.clone() })
     }
 
-    /// The rows of a texture that results depend on; the content of other rows does not matter. A
-    /// fit and a blend that matches tones read all of them.
+    /// The rows of a texture that [`Graft::overlay`] depends on; the content of other rows does not
+    /// matter. All rows with a blend, for whose labels and tones any of them may count.
+    /// [`Graft::fit`] always depends on all rows, whatever this returns.
     pub fn texture_rows(&self) -> Range<u32> {
         match self.blend {
             Some(_) => 0..self.sizes.from.height,
@@ -399,8 +401,8 @@ impl Graft {
         self.blend.as_ref().map(|blending| &blending.blend)
     }
 
-    /// `None` for a map of another origin.
-    fn way(&self) -> Option<MapInputs<'_>> {
+    /// What the map was made from; `None` for a map of another origin.
+    fn map_inputs(&self) -> Option<MapInputs<'_>> {
         Some(MapInputs {
             pair: self.pair.as_ref()?,
             direction: self.direction,
@@ -439,7 +441,7 @@ impl Graft {
     /// A texture as it is resampled: in the content's encoding, and with the rims of eyes.
     fn prepared(&self, texture: Texture) -> Texture {
         let mut texture = self.reinterpret(texture);
-        if let Some(rims) = self.blend.as_ref().and_then(|blend| blend.unknown.eye_rims.as_ref()) {
+        if let Some(rims) = self.blend.as_ref().and_then(|blend| blend.hidden.eye_rims.as_ref()) {
             rims.fill(&mut texture);
         }
         texture
@@ -451,7 +453,7 @@ impl Graft {
             overlay = overlay.of_normals(Arc::clone(frames), *options);
         }
         match &self.blend {
-            Some(Blending { at, .. }) => overlay.blended(Arc::clone(at)),
+            Some(GraftBlend { blend_map, .. }) => overlay.blended(Arc::clone(blend_map)),
             None => overlay,
         }
     }

@@ -28,28 +28,28 @@ pub(super) fn build(
     precedence: impl FnOnce() -> Precedence + Send,
 ) -> SamplingMap {
     let to = oriented.to;
-    let (precedence, (layout, (of_faces, mut patches))) = join(precedence, || {
+    let (precedence, (layout, (face_patches, mut patches))) = join(precedence, || {
         let layout = LayoutTriangles::new(to, size);
         let patches = linked_patches(oriented, &layout);
         (layout, patches)
     });
     let lost = layout.lost_edges(&precedence);
-    let border = Border::new(to, precedence.islands(), &lost, size, gutter_px, &of_faces);
+    let border = Border::new(to, precedence.islands(), &lost, size, gutter_px, &face_patches);
 
     let gutter_patches = patches.len() as u32;
-    let mut beside = Vec::new();
-    extend_indices(&mut beside, border.patches(), |index| {
+    let mut of_gutter = Vec::new();
+    extend_indices(&mut of_gutter, border.patches(), |index| {
         let (patch, zone) = border.patch(index);
         let beside = &patches[patch as usize];
         Patch { src_uv_from_tgt_px: zone(&beside.src_uv_from_tgt_px), ..beside.clone() }
     });
-    patches.append(&mut beside);
+    patches.append(&mut of_gutter);
 
-    let plan = Plan { layout, precedence, border, of_faces, gutter_patches };
-    let blocks = plan.layout.blocks.count();
+    let inputs = BlockInputs { layout, precedence, border, face_patches, gutter_patches };
+    let blocks = inputs.layout.blocks.count();
     let new_worker = || Worker::new(size.width);
     let mut parts =
-        map_indices_with(blocks, new_worker, |worker, block| worker.build(&plan, block, None));
+        map_indices_with(blocks, new_worker, |worker, block| worker.build(&inputs, block, None));
     // Which islands lost texels to which is known only now, and affects a few texels
     // around the overlaps.
     let mut clashes: Vec<(u32, u32)> =
@@ -57,14 +57,14 @@ pub(super) fn build(
     clashes.sort_unstable();
     clashes.dedup();
     if !clashes.is_empty() {
-        let is_hidden = plan.hidden_islands(&patches, &parts);
+        let is_hidden = inputs.hidden_islands(&patches, &parts);
         clashes.retain(|&(_, loser)| is_hidden[loser as usize]);
     }
     if !clashes.is_empty() {
-        let winners = plan.border.winners(clashes);
+        let winners = inputs.border.winners(clashes);
         let affected = winners.affected();
         let again = map_indices_with(affected.len(), new_worker, |worker, index| {
-            worker.build(&plan, affected[index], Some(&winners))
+            worker.build(&inputs, affected[index], Some(&winners))
         });
         for (block, part) in affected.into_iter().zip(again) {
             parts[block] = part;
@@ -92,13 +92,13 @@ fn linked_patches(oriented: &Oriented<'_>, layout: &LayoutTriangles) -> (FacePat
         map_indices(all.len(), |index| has_area(layout.corners_px(all[index].to as usize)));
     let numbers: Vec<u32> =
         (0..).zip(&has_area).filter(|(_, has_area)| **has_area).map(|(number, _)| number).collect();
-    let mut of_faces = FacePatches::none(to.faces().len());
+    let mut face_patches = FacePatches::none(to.faces().len());
     for (&number, patch) in numbers.iter().zip(0..) {
         let piece = all[number as usize];
         let corners_px = layout.corners_px(piece.to as usize);
         match pieces.part(piece) {
-            None => of_faces.add_whole(piece.to, patch, corners_px, layout.size),
-            Some(part) => of_faces.add_part(piece.to, patch, part.to, corners_px, layout.size),
+            None => face_patches.add_whole(piece.to, patch, corners_px, layout.size),
+            Some(part) => face_patches.add_part(piece.to, patch, part.to, corners_px, layout.size),
         }
     }
     let mut patches = Vec::new();
@@ -117,33 +117,34 @@ fn linked_patches(oriented: &Oriented<'_>, layout: &LayoutTriangles) -> (FacePat
             is_part: pieces.part(piece).is_some(),
         }
     });
-    (of_faces, patches)
+    (face_patches, patches)
 }
 
-/// Shared input of all blocks.
-struct Plan {
+/// What all blocks of rows are built from.
+struct BlockInputs {
     layout: LayoutTriangles,
     precedence: Precedence,
     border: Border,
-    of_faces: FacePatches,
+    face_patches: FacePatches,
+    /// Index of the first patch of the gutter.
     gutter_patches: u32,
 }
 
 /// An island that owns at most this share of its linked area lies beneath others: two eyes that share
 /// a disc of 16 texels, a texel apart, keep 12 % of the one beneath. Islands that merely touch others, or
 /// have others within them, keep more than half.
-const HIDDEN: f64 = 0.25;
+const HIDDEN_SHARE: f64 = 0.25;
 
-impl Plan {
+impl BlockInputs {
     /// Whether each island lies beneath others, so that what is left of it at their edges is not worth
     /// showing. Of all others, no fringe takes a texel.
     ///
     /// - `parts`: all blocks, without fringes.
     fn hidden_islands(&self, patches: &[Patch], parts: &[BuiltBlock]) -> Vec<bool> {
-        let of_faces = self.precedence.of_faces();
+        let islands = self.precedence.of_faces();
         let mut area = vec![0.0; self.precedence.islands().count()];
-        for (face, &island) in of_faces.iter().enumerate() {
-            if self.of_faces.is_linked(face as u32) {
+        for (face, &island) in islands.iter().enumerate() {
+            if self.face_patches.is_linked(face as u32) {
                 area[island as usize] += sides(self.layout.corners_px(face)).1.abs() / 2.0;
             }
         }
@@ -151,10 +152,10 @@ impl Plan {
         for run in parts.iter().flat_map(|part| part.runs.items()) {
             if run.patch < self.gutter_patches {
                 let face = patches[run.patch as usize].face;
-                owned[of_faces[face as usize] as usize] += run.len as usize;
+                owned[islands[face as usize] as usize] += run.len as usize;
             }
         }
-        owned.iter().zip(area).map(|(&owned, area)| owned as f64 <= HIDDEN * area).collect()
+        owned.iter().zip(area).map(|(&owned, area)| owned as f64 <= HIDDEN_SHARE * area).collect()
     }
 }
 
@@ -191,30 +192,36 @@ impl Worker {
     /// merged with the gutter.
     ///
     /// - `winners`: on the second pass, the edges of islands that won overlaps.
-    fn build(&mut self, plan: &Plan, block: usize, winners: Option<&Winners>) -> BuiltBlock {
+    fn build(
+        &mut self,
+        inputs: &BlockInputs,
+        block: usize,
+        winners: Option<&Winners>,
+    ) -> BuiltBlock {
         let Self { sweep, around, runs, owned, claims } = self;
         if winners.is_some() {
-            sweep.cover_all(&plan.layout, &plan.precedence, block);
+            sweep.cover_all(&inputs.layout, &inputs.precedence, block);
         } else {
-            sweep
-                .cover(&plan.layout, &plan.precedence, block, |face| plan.of_faces.is_linked(face));
+            sweep.cover(&inputs.layout, &inputs.precedence, block, |face| {
+                inputs.face_patches.is_linked(face)
+            });
         }
-        around.begin_block(&plan.border, block, |row| sweep.covered(row));
+        around.begin_block(&inputs.border, block, |row| sweep.covered(row));
         let mut stats =
             MapStats { linked: 0, gutter: 0, covered: 0, overlapping: sweep.overlapping };
         runs.clear();
-        for (row, index) in plan.layout.blocks.rows(block).zip(0..) {
+        for (row, index) in inputs.layout.blocks.rows(block).zip(0..) {
             let spans = sweep.spans.row(index);
-            around.find_gutter(&plan.border, block, row);
+            around.find_gutter(&inputs.border, block, row);
             if let Some(winners) = winners {
-                let islands = plan.precedence.islands();
-                around.steal(&plan.border, winners, islands, block, row, spans);
+                let islands = inputs.precedence.islands();
+                around.steal(&inputs.border, winners, islands, block, row, spans);
             }
             stats.covered +=
                 sweep.covered(index).iter().map(|word| word.count_ones()).sum::<u32>() as usize;
             owned.clear();
             for span in spans {
-                match plan.of_faces.of(span.face) {
+                match inputs.face_patches.of(span.face) {
                     FacePatch::None => {}
                     FacePatch::One(patch) => push_without(owned, *span, patch, &around.stolen),
                     FacePatch::Cut(face) => face.split(row, *span, claims, |span, patch| {
@@ -225,7 +232,7 @@ impl Worker {
             stats.linked += texels(owned);
             stats.gutter += texels(&around.runs);
             for run in &mut around.runs {
-                run.patch += plan.gutter_patches;
+                run.patch += inputs.gutter_patches;
             }
             merge(owned, &around.runs, |run| runs.items.push(run));
             runs.end_row();

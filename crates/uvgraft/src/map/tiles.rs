@@ -1,4 +1,4 @@
-//! Sets of square tiles of a texture.
+//! Sets of square tiles of a texture: blocks of its texels, unrelated to UDIM tiles.
 
 use std::ops::Range;
 

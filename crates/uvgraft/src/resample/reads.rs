@@ -49,14 +49,15 @@ impl Reads {
 
     /// The patches that have texels, and what the runs read of those whose piece has no box.
     fn traced(map: &SamplingMap, paths: &Paths, has_box: &[bool]) -> Self {
-        const PIECES: usize = 16;
+        /// Blocks of rows of the target, traced in parallel.
+        const BLOCKS: usize = 16;
         let source = paths.source;
         let height = map.size().height as usize;
         let words = bits::words(map.patches().len() as u32);
         let none = || Self { tiles: Tiles::none(source), patches: vec![0; words] };
-        let pieces = map_indices(PIECES, |piece| {
+        let blocks = map_indices(BLOCKS, |block| {
             let mut reads = none();
-            for row in height * piece / PIECES..height * (piece + 1) / PIECES {
+            for row in height * block / BLOCKS..height * (block + 1) / BLOCKS {
                 for &run in map.row(row as u32) {
                     bits::insert(&mut reads.patches, run.patch);
                     if has_box[map.patches()[run.patch as usize].piece as usize] {
@@ -75,7 +76,7 @@ impl Reads {
             reads
         });
         let mut all = none();
-        for Self { tiles, patches } in pieces {
+        for Self { tiles, patches } in blocks {
             all.tiles.unite(&tiles);
             bits::unite(&mut all.patches, &patches);
         }
