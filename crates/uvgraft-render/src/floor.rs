@@ -8,7 +8,6 @@
 use glam::{Vec3, vec3};
 use uvgraft::Size;
 use uvgraft::easing::smoothstep;
-use uvgraft::sampler::{Beyond, bilinear};
 
 use super::camera::{Camera, Ray};
 use super::depth::{DepthMap, Drawing, Whole};
@@ -104,12 +103,19 @@ impl Floor {
             return 1.0;
         }
         let cells = 0.5 * SIDE as f32 / self.radius;
-        let at = |value: f32, centre: f32| f64::from((value - centre + self.radius) * cells);
-        let at_px = [at(p.x, self.centre.x), at(p.z, self.centre.z)];
-        let [light] = bilinear(Size::square(SIDE), at_px, Beyond::Edge, |x, y| {
-            [self.light[(y * SIDE + x) as usize]]
-        });
-        1.0 - near * (1.0 - light)
+        let at = |value: f32, centre: f32| (value - centre + self.radius) * cells - 0.5;
+        let (x, y) = (at(p.x, self.centre.x), at(p.z, self.centre.z));
+        // Not negative where the shadow has not faded out, so rounding towards zero is rounding down:
+        // cheaper than `bilinear`, once for each pixel of the floor.
+        let (left, top) = (x as i32, y as i32);
+        let (fx, fy) = (x - left as f32, y - top as f32);
+        let cell = |dx: i32, dy: i32| {
+            let inside = |index: i32, d: i32| (index + d).clamp(0, SIDE as i32 - 1) as usize;
+            self.light[inside(top, dy) * SIDE as usize + inside(left, dx)]
+        };
+        let upper = cell(0, 0) * (1.0 - fx) + cell(1, 0) * fx;
+        let lower = cell(0, 1) * (1.0 - fx) + cell(1, 1) * fx;
+        1.0 - near * (1.0 - (upper * (1.0 - fy) + lower * fy))
     }
 }
 

@@ -65,13 +65,31 @@ impl<'a> Sampler<'a> {
     /// Red, green, blue and alpha in the texture's encoding; full scale is 1.0. Colours
     /// are weighted by alpha during interpolation, so that transparent texels do not
     /// bleed into the result.
+    ///
+    /// As products with weights rather than the differences of [`bilinear`]: those lose what is next to
+    /// a texel of 1e30, or overflow, and masks and captures in floats have such texels.
     pub fn rgba(self, uv: [f64; 2]) -> [f32; 4] {
-        let size = self.texture.size();
-        let at_px = [uv[0] * f64::from(size.width), uv[1] * f64::from(size.height)];
-        let [r, g, b, alpha] = bilinear(size, at_px, Beyond::Edge, |x, y| {
+        let Size { width, height } = self.texture.size();
+        let taps = |coordinate: f64, side: u32| {
+            let at = (coordinate * f64::from(side) - 0.5).clamp(0.0, f64::from(side - 1));
+            let first = at as u32;
+            (first, (first + 1).min(side - 1), (at - f64::from(first)) as f32)
+        };
+        let (left, right, s) = taps(uv[0], width);
+        let (top, bottom, t) = taps(uv[1], height);
+        let mut sum = [0.0; 4];
+        for (x, y, weight) in [
+            (left, top, (1.0 - s) * (1.0 - t)),
+            (right, top, s * (1.0 - t)),
+            (left, bottom, (1.0 - s) * t),
+            (right, bottom, s * t),
+        ] {
             let [r, g, b, alpha] = self.texel(x, y);
-            [r * alpha, g * alpha, b * alpha, alpha]
-        });
+            for (sum, value) in sum.iter_mut().zip([r * alpha, g * alpha, b * alpha, alpha]) {
+                *sum += value * weight;
+            }
+        }
+        let [r, g, b, alpha] = sum;
         if alpha > 0.0 { [r / alpha, g / alpha, b / alpha, alpha] } else { [0.0; 4] }
     }
 
