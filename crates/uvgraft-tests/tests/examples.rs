@@ -1,5 +1,7 @@
 //! Runs the examples and checks their results.
 
+#![allow(clippy::unwrap_used, reason = "a failed unwrap is a failed test")]
+
 use std::error::Error;
 use std::path::Path;
 

@@ -6,14 +6,14 @@
 //! theory and practice", 1992. Columns whose factors have the same rows are eliminated together, as
 //! dense matrices, which takes a fraction of the time that column by column would:
 //!
-//! - [`matrix`] puts the entries in order;
-//! - [`structure`] finds these groups of columns, their rows and their tree;
-//! - [`fronts`] eliminates them from the leaves of the tree to its root, several branches at once;
-//! - [`dense`] is the arithmetic.
+//! - `matrix` puts the entries in order;
+//! - `structure` finds these groups of columns, their rows and their tree;
+//! - `fronts` eliminates them from the leaves of the tree to its root, several branches at once;
+//! - `dense` is the arithmetic.
 //!
-//! How much factors take is known before they are computed ([`structure`]). On surfaces it grows little
+//! How much factors take is known before they are computed (`structure`). On surfaces it grows little
 //! faster than their points; where points are connected at random, factors fill up, and [`Solver`]
-//! solves without them ([`iterative`]).
+//! solves without them (`iterative`).
 //!
 //! Every sum has one order, and products are not fused, so factors are equal to the bit on any number
 //! of threads and at any SIMD level.
