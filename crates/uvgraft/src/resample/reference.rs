@@ -1,7 +1,7 @@
 //! The specification of resampling that every faster path is tested against. Written to be
 //! read; never tuned.
 //!
-//! It shares with the fast paths where samples lie ([`Walk`]), the filters' formulas, and how levels
+//! It shares with the fast paths where samples lie (`Walk`), the filters' formulas, and how levels
 //! are stored. What is done with the texels there, in floats and in integers, is written out.
 
 use super::position::{containing, fraction, near_texture, split};
@@ -17,7 +17,7 @@ use crate::texture::{Size, Value};
 ///
 /// With `ALPHA` the last channel is alpha: colours are filtered premultiplied and composited over
 /// the target. Without it, values replace those of the target. Taps beyond the source read its edge
-/// texels. 8-bit values without alpha are filtered in integers ([`WholeFilter`]), which round as exact
+/// texels. 8-bit values without alpha are filtered in integers (`WholeFilter`), which round as exact
 /// arithmetic does except within 1/16 level of a tie.
 ///
 /// # Panics
