@@ -1,6 +1,6 @@
 //! Reads maps that this program, the reference implementation or a compositor wrote.
 
-use uvgraft::{SamplingMap, Size, Texels, Texture};
+use uvgraft::{SamplingMap, Size, Texture};
 
 use super::{Convention, MapFileError};
 use crate::arrays::{self, NamedArrays, NumericArray};
@@ -118,7 +118,9 @@ fn convention(arrays: &NamedArrays) -> Result<Convention, MapFileError> {
 #[cfg(feature = "exr")]
 fn of_st_map(texture: Texture) -> Result<Positions, MapFileError> {
     let (size, channels) = (texture.size(), texture.channels());
-    let Texels::F32(values) = texture.into_texels() else { return Err(MapFileError::Channels) };
+    let uvgraft::Texels::F32(values) = texture.into_texels() else {
+        return Err(MapFileError::Channels);
+    };
     if !channels.has_color() {
         return Err(MapFileError::Channels);
     }
@@ -204,7 +206,8 @@ mod tests {
         // The identity of 2x1 texels from the bottom left, the second half transparent.
         let values = vec![0.25, 0.5, 0.0, 1.0, 0.75, 0.5, 0.0, 0.4];
         let (channels, encoding) = (uvgraft::Channels::Rgba, uvgraft::Encoding::Linear);
-        let texture = Texture::new(Size::new(2, 1), channels, encoding, Texels::F32(values));
+        let texture =
+            Texture::new(Size::new(2, 1), channels, encoding, uvgraft::Texels::F32(values));
         let mut exr = Cursor::new(Vec::new());
         let options = image::WriteOptions::default();
         let _ = image::encode(&texture.unwrap().into(), image::Format::EXR, &options, &mut exr)
