@@ -139,7 +139,8 @@ fn of_st_map(texture: Texture) -> Result<Positions, MapFileError> {
     Ok((size, positions))
 }
 
-#[cfg(all(test, feature = "exr"))]
+#[cfg(test)]
+#[cfg(feature = "exr")]
 mod tests {
     use std::io::Cursor;
 
