@@ -60,18 +60,11 @@ impl<'a> BandDecoder<'a> {
 
     /// As [`BandDecoder::with`], for an image in one of the formats given, which may be those of others.
     ///
+    /// - `bytes`: owned ones are kept if rows are decoded on demand.
+    ///
     /// # Errors
     /// As [`BandDecoder::new`].
     pub fn among(
-        formats: &[Format],
-        bytes: &'a [u8],
-        space: DeclaredSpace,
-    ) -> Result<Self, ImageError> {
-        Self::of(formats, bytes, space)
-    }
-
-    /// As [`BandDecoder::among`], for bytes that are kept if rows are decoded on demand.
-    pub(super) fn of(
         formats: &[Format],
         bytes: impl AsRef<[u8]> + Send + 'a,
         space: DeclaredSpace,

@@ -133,10 +133,10 @@ impl Content {
                 let mut file = file.into_inner();
                 file.rewind()?;
                 let bytes = input::read_rest(file, length, MAX_FILE_BYTES)?;
-                Ok(BandDecoder::of(Format::ALL, bytes, space))
+                Ok(BandDecoder::among(Format::ALL, bytes, space))
             }
-            Self::Read(bytes) => Ok(BandDecoder::of(Format::ALL, bytes, space)),
-            Self::Bytes(bytes) => Ok(BandDecoder::of(Format::ALL, bytes, space)),
+            Self::Read(bytes) => Ok(BandDecoder::among(Format::ALL, bytes, space)),
+            Self::Bytes(bytes) => Ok(BandDecoder::among(Format::ALL, bytes, space)),
         }
     }
 }

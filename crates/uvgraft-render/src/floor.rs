@@ -105,8 +105,9 @@ impl Floor {
         let cells = 0.5 * SIDE as f32 / self.radius;
         let at = |value: f32, centre: f32| (value - centre + self.radius) * cells - 0.5;
         let (x, y) = (at(p.x, self.centre.x), at(p.z, self.centre.z));
-        // Not negative where the shadow has not faded out, so rounding towards zero is rounding down:
-        // cheaper than `bilinear`, once for each pixel of the floor.
+        // Not negative where the shadow has not faded out, so rounding towards zero is rounding down.
+        // `uvgraft::sampler::bilinear` sums in another order, which moves pixels of a palette by two
+        // levels.
         let (left, top) = (x as i32, y as i32);
         let (fx, fy) = (x - left as f32, y - top as f32);
         let cell = |dx: i32, dy: i32| {
