@@ -5,7 +5,7 @@ use std::sync::Arc;
 
 use uvgraft_surface::threads::for_each_chunk;
 
-use crate::blend::{BlendMap, Gains, Smooth, ToneCorrection, ToneError};
+use crate::blend::{BlendMap, Smooth, ToneCorrection, ToneError, ToningMap};
 #[cfg(doc)]
 use crate::color::Encoding;
 use crate::formats::Formats;
@@ -28,7 +28,7 @@ pub struct Overlay {
     formats: Formats,
     layer: Layer,
     /// The blend weights at the map's texels, and the colour gains of its tone.
-    blend: Option<(Arc<BlendMap>, Gains)>,
+    blend: Option<(Arc<BlendMap>, ToningMap)>,
     /// For normal maps: the rotations from the source's tangent frames to the target's.
     normals: Option<(Arc<NormalFrames>, NormalOptions)>,
     /// For blends: smooth colours for parts that are collapsed to lines in the source's layout.
@@ -92,7 +92,7 @@ impl Overlay {
 
     /// Restricts it to the region of a blend, with its weights.
     pub(crate) fn blended(self, blend: Arc<BlendMap>) -> Self {
-        Self { blend: Some((blend, Gains::default())), ..self }
+        Self { blend: Some((blend, ToningMap::default())), ..self }
     }
 
     /// Uses smooth colours where the source's layout has hardly any texels.
@@ -113,8 +113,8 @@ impl Overlay {
     ///
     /// [`Graft::toning`]: crate::Graft::toning
     pub fn with_tone(mut self, toning: &ToneCorrection) -> Result<Self, ToneError> {
-        if let Some((blend, gains)) = &mut self.blend {
-            *gains = blend.gains(self.resampler.map(), toning, true)?;
+        if let Some((blend, toning_map)) = &mut self.blend {
+            *toning_map = blend.toning_map(self.resampler.map(), toning, true)?;
         }
         Ok(self)
     }
@@ -125,8 +125,8 @@ impl Overlay {
     /// # Errors
     /// As [`Overlay::with_tone`].
     pub fn with_exclusion(mut self, toning: &ToneCorrection) -> Result<Self, ToneError> {
-        if let Some((blend, gains)) = &mut self.blend {
-            *gains = blend.gains(self.resampler.map(), toning, false)?;
+        if let Some((blend, toning_map)) = &mut self.blend {
+            *toning_map = blend.toning_map(self.resampler.map(), toning, false)?;
         }
         Ok(self)
     }
@@ -137,7 +137,7 @@ impl Overlay {
     pub fn mask(&self) -> Texture {
         let map = self.resampler.map();
         match &self.blend {
-            Some((blend, gains)) => blend.weights(map, gains),
+            Some((blend, toning_map)) => blend.weights(map, toning_map),
             None => map.mask(),
         }
     }
@@ -159,7 +159,8 @@ impl Overlay {
     /// A tone that adapts the base may change its whole layout.
     pub fn changes(&self, rows: Range<u32>) -> bool {
         let resampler = &self.resampler;
-        let base = self.blend.as_ref().and_then(|(blend, gains)| blend.base_change(gains));
+        let base =
+            self.blend.as_ref().and_then(|(blend, toning_map)| blend.base_change(toning_map));
         let maps = [Some(&**resampler.map()), resampler.beneath().map(|map| &**map)];
         maps.into_iter()
             .chain([base.map(|base| base.map)])
@@ -295,13 +296,13 @@ impl Overlay {
     /// Lays the texture over a band in the working format. With a blend, rows are first sampled
     /// into a layer of their own, [`ROWS_AT_ONCE`] at a time, and then blended into the band.
     fn lay_values<T: Value>(&self, first_row: u32, band: &mut [T], values: LayerRef<'_, T>) {
-        let Some((blend, gains)) = &self.blend else {
+        let Some((blend, toning_map)) = &self.blend else {
             return self.fill(first_row, band, values);
         };
         let map = self.resampler.map();
         let encoding = self.formats.working_encoding();
-        let composition = blend.composition(map, gains, self.normals.is_some(), encoding);
-        let base_layer = blend.base_change(gains);
+        let composition = blend.composition(map, toning_map, self.normals.is_some(), encoding);
+        let base_layer = blend.base_change(toning_map);
         let (channels, has_alpha) = (self.formats.channels(), self.formats.has_alpha());
         let width = map.size().width as usize * channels.count();
         // A texture with alpha may be transparent there altogether.
@@ -323,7 +324,7 @@ impl Overlay {
                 smooth.lay(channels, first_row, &mut layer);
             }
             let height = (rows.len() / width) as u32;
-            if let Some(of) = gains.controls() {
+            if let Some(of) = toning_map.controls() {
                 of.rows(first_row, height, &mut controls);
                 if let Some(smooth) = smooth {
                     smooth.settle(first_row, &mut controls);

@@ -6,7 +6,7 @@ use fearless_simd::{Level, Simd};
 use uvgraft_surface::threads::for_each_with;
 
 use super::compose::Composition;
-use super::field::{Line, Slope};
+use super::field::{Line, LinearValue};
 use super::skin_mask::SkinMask;
 use super::stretch::{Plane, RowGains, STRETCH, join, lanes, split};
 use super::tone::{Matrix, toned};
@@ -22,7 +22,7 @@ pub(crate) struct BaseLayer<'a> {
     /// The base's whole layout.
     pub map: &'a SamplingMap,
     /// For each patch, the gains of red, green and blue; empty if there are none.
-    pub gains: &'a [[Slope; 3]],
+    pub gains: &'a [[LinearValue; 3]],
     /// Colour transform applied before the gains.
     pub matrix: Option<Matrix>,
     /// Which texels change.
@@ -245,7 +245,7 @@ mod tests {
         let seeds: Vec<[f32; 3]> =
             (0..40).map(|_| [0.7, 0.5, 0.4].map(|mean| mean + 0.02 * rng.f32())).collect();
         let model = SkinModel::new(&seeds, &[]).unwrap();
-        let gains = vec![[0.6, 1.7, 1.0].map(Slope::constant); map.patches().len()];
+        let gains = vec![[0.6, 1.7, 1.0].map(LinearValue::constant); map.patches().len()];
         let base: Vec<T> = (0..size.texels() * C).map(|_| value(&mut rng)).collect();
         let channels = if C == 4 { Channels::Rgba } else { Channels::Rgb };
         for skin in [SkinCriterion::Model(model), SkinCriterion::Mask(&mask)] {

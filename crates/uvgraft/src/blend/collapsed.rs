@@ -14,7 +14,7 @@ use uvgraft_surface::surface::Surface;
 use uvgraft_surface::threads::for_each_chunk;
 
 use super::controls::VALUES;
-use super::field::Slope;
+use super::field::LinearValue;
 use super::selection::BlendDomain;
 use crate::map::SamplingMap;
 use crate::sampler::Sampler;
@@ -57,7 +57,7 @@ pub(crate) struct Smooth {
     of: Arc<Collapsed>,
     /// For each patch of the map that belongs to a part, red, green and blue; 1.0 is full
     /// intensity.
-    slopes: Vec<Option<[Slope; 3]>>,
+    values: Vec<Option<[LinearValue; 3]>>,
 }
 
 impl Collapsed {
@@ -113,15 +113,15 @@ impl Collapsed {
                 colors[point] = [0, 1, 2].map(|k| sum(k) / adjacent.len() as f32);
             }
         }
-        let slopes = self.map.patches().iter().map(|patch| {
+        let values = self.map.patches().iter().map(|patch| {
             let face = patch.face as usize;
             self.faces[face].then(|| {
                 let corners_px = corners_px(domain.mesh(), face, self.map.size());
                 let of_corners = self.corners[face].map(|point| colors[point as usize]);
-                [0, 1, 2].map(|k| Slope::new(corners_px, of_corners.map(|rgb| rgb[k])))
+                [0, 1, 2].map(|k| LinearValue::new(corners_px, of_corners.map(|rgb| rgb[k])))
             })
         });
-        Smooth { of: Arc::clone(self), slopes: slopes.collect() }
+        Smooth { of: Arc::clone(self), values: values.collect() }
     }
 }
 
@@ -220,10 +220,10 @@ impl Smooth {
         for_each_chunk(rows, map.size().width as usize * count, |index, texels| {
             let row = first_row + index as u32;
             for run in map.row(row) {
-                let Some(slopes) = &self.slopes[run.patch as usize] else { continue };
+                let Some(values) = &self.values[run.patch as usize] else { continue };
                 let part = run.x as usize * count..(run.x + run.len) as usize * count;
-                for (channel, slope) in slopes.iter().take(colors).enumerate() {
-                    let line = slope.line(run.x, row);
+                for (channel, value) in values.iter().take(colors).enumerate() {
+                    let line = value.line(run.x, row);
                     let texels = texels[part.clone()].chunks_exact_mut(count);
                     for (k, texel) in (0..).zip(texels) {
                         texel[channel] = T::from_level(line.at(k) * one);
@@ -239,7 +239,7 @@ impl Smooth {
         let map = &self.of.map;
         for_each_chunk(controls, map.size().width as usize * VALUES, |index, texels| {
             for run in map.row(first_row + index as u32) {
-                if self.slopes[run.patch as usize].is_some() {
+                if self.values[run.patch as usize].is_some() {
                     let part = run.x as usize * VALUES..(run.x + run.len) as usize * VALUES;
                     texels[part].as_chunks_mut::<VALUES>().0.fill([128, 255]);
                 }

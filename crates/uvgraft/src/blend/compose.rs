@@ -6,7 +6,7 @@ use fearless_simd::Level;
 use uvgraft_surface::threads::for_each_with;
 
 use super::controls::{self, VALUES};
-use super::field::{Line, Slope};
+use super::field::{Line, LinearValue};
 use super::stretch::{self, Span, lerp};
 use super::tone::{Matrix, toned};
 use crate::color::{linear_from_srgb, srgb_from_linear};
@@ -20,11 +20,11 @@ pub(crate) struct Composition<'a> {
     pub map: &'a SamplingMap,
     /// For each patch, the signed distance from the boundary, in the target mesh's unit, positive
     /// inside.
-    pub inside: &'a [[Slope; 1]],
+    pub inside: &'a [[LinearValue; 1]],
     /// Distance over which the weight grows from 0 to 1, in the target mesh's unit.
     pub feather: f32,
     /// For each patch, the gains of red, green and blue; empty if there are none.
-    pub gains: &'a [[Slope; 3]],
+    pub gains: &'a [[LinearValue; 3]],
     /// Colour transform applied before the gains.
     pub matrix: Option<Matrix>,
     /// Whether values are encoded normals, which are renormalised after blending.
@@ -328,7 +328,7 @@ mod tests {
             )
         };
         // Outside at the left edge, and one unit further in with every texel.
-        let inside = super::super::field::slopes(&map, &mesh, &surface, |_, point| {
+        let inside = super::super::field::linear_values(&map, &mesh, &surface, |_, point| {
             [if point == 1 { 7.0 } else { -1.0 }]
         });
         let composition = Composition {
@@ -353,7 +353,7 @@ mod tests {
         assert_eq!(values[5..7], [200, 200]);
 
         // A gain of a half with its toe, without a feather: nothing outside, everything inside.
-        let gains = vec![[Slope::constant(0.5); 3]];
+        let gains = vec![[LinearValue::constant(0.5); 3]];
         let composition = Composition {
             map: &map,
             inside: &inside,
@@ -396,7 +396,7 @@ mod tests {
                 let mut line = |least: f32, most: f32| {
                     let values = [0, 1, 2].map(|_| least + (most - least) * rng.f32());
                     let corners = [[0.0, 0.0], [f64::from(len), 0.0], [0.0, 9.0]];
-                    Slope::new(corners, values).line(0, 3)
+                    LinearValue::new(corners, values).line(0, 3)
                 };
                 // Two adjacent runs.
                 let runs = [0..len / 3, len / 3..len]

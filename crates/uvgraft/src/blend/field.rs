@@ -10,7 +10,7 @@ use crate::map::{Patch, SamplingMap};
 /// A value that is linear over the texels of a triangle. Outside the triangle, in its gutter, it is
 /// clamped to the range of the corner values.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(crate) struct Slope {
+pub(crate) struct LinearValue {
     origin_px: [f64; 2],
     at_origin: f64,
     by_px: [f64; 2],
@@ -18,7 +18,7 @@ pub(crate) struct Slope {
     most: f32,
 }
 
-/// A [`Slope`] along the texels of a run.
+/// A [`LinearValue`] along the texels of a run.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Line {
     start: f32,
@@ -27,7 +27,7 @@ pub(crate) struct Line {
     most: f32,
 }
 
-impl Slope {
+impl LinearValue {
     /// The same value everywhere.
     pub fn constant(value: f32) -> Self {
         let at_origin = f64::from(value);
@@ -98,26 +98,26 @@ impl Line {
     }
 }
 
-/// One slope for each patch of a map.
+/// One value for each patch of a map.
 ///
 /// - `value`: the value at a point of a triangle, from the indices of the triangle and the point.
-pub(crate) fn slopes<const N: usize>(
+pub(crate) fn linear_values<const N: usize>(
     map: &SamplingMap,
     mesh: &Mesh,
     surface: &Surface,
     value: impl Fn(u32, u32) -> [f32; N] + Sync,
-) -> Vec<[Slope; N]> {
+) -> Vec<[LinearValue; N]> {
     let patches = map.patches();
     /// Patches in one unit of parallel work.
     const CHUNK: usize = 1024;
     let chunks = map_indices(patches.len().div_ceil(CHUNK), |chunk| {
         let patches = &patches[chunk * CHUNK..((chunk + 1) * CHUNK).min(patches.len())];
-        let slopes = patches.iter().map(|Patch { face, .. }| {
+        let values = patches.iter().map(|Patch { face, .. }| {
             let corners_px = corners_px(mesh, *face as usize, map.size());
             let values = surface.triangles()[*face as usize].map(|point| value(*face, point));
-            std::array::from_fn(|n| Slope::new(corners_px, values.map(|values| values[n])))
+            std::array::from_fn(|n| LinearValue::new(corners_px, values.map(|values| values[n])))
         });
-        slopes.collect::<Vec<_>>()
+        values.collect::<Vec<_>>()
     });
     chunks.concat()
 }
@@ -129,14 +129,14 @@ mod tests {
     #[test]
     fn slopes_by_hand() {
         let corners = [[10.0, 10.0], [20.0, 10.0], [10.0, 30.0]];
-        let slope = Slope::new(corners, [1.0, 3.0, 5.0]);
+        let value = LinearValue::new(corners, [1.0, 3.0, 5.0]);
         // 0.2 per texel to the right, 0.2 per texel down.
-        let line = slope.line(12, 14);
+        let line = value.line(12, 14);
         assert!((line.at(0) - (1.0 + 0.2 * 2.5 + 0.2 * 4.5)).abs() < 1e-6);
         assert!((line.at(3) - line.at(0) - 0.6).abs() < 1e-6);
         // Outside the triangle.
-        assert_eq!(slope.line(0, 0).at(0), 1.0);
-        assert_eq!(slope.line(90, 90).at(0), 5.0);
-        assert!(Slope::new([[1.0; 2], [2.0; 2], [3.0; 2]], [0.0, 1.0, 5.0]).is_constant(2.0));
+        assert_eq!(value.line(0, 0).at(0), 1.0);
+        assert_eq!(value.line(90, 90).at(0), 5.0);
+        assert!(LinearValue::new([[1.0; 2], [2.0; 2], [3.0; 2]], [0.0, 1.0, 5.0]).is_constant(2.0));
     }
 }

@@ -46,7 +46,7 @@ use compose::Composition;
 pub(crate) use controls::Controls;
 pub use cut::CutMesh;
 pub(crate) use eye_rims::EyeRims;
-use field::{Slope, slopes};
+use field::{LinearValue, linear_values};
 use harmonic::Harmonic;
 pub use report::ToneReport;
 use rim::Rim;
@@ -240,7 +240,7 @@ struct Measure {
 pub(crate) struct BlendMap {
     blend: Arc<Blend>,
     /// For each patch of the map, the signed distance from the boundary, as [`Blend::inside`].
-    inside: Vec<[Slope; 1]>,
+    inside: Vec<[LinearValue; 1]>,
     /// The target's whole layout, if the base changes too.
     layout: Option<Arc<SamplingMap>>,
     /// Skin weight of each texel, if a mask was given.
@@ -249,10 +249,10 @@ pub(crate) struct BlendMap {
 
 /// A toning sampled at the texels of one map. Clones share it.
 #[derive(Debug, Clone, Default)]
-pub(crate) struct Gains(Option<Arc<ToneGains>>);
+pub(crate) struct ToningMap(Option<Arc<SampledTone>>);
 
 #[derive(Debug)]
-struct ToneGains {
+struct SampledTone {
     /// Recolouring of the texture.
     source: Option<RecolorMap>,
     /// Recolouring of the base, and where the base is skin.
@@ -274,7 +274,7 @@ enum SkinTexels {
 struct RecolorMap {
     matrix: Option<Matrix>,
     /// For each patch, the gains of red, green and blue; empty if there are none.
-    gains: Vec<[Slope; 3]>,
+    gains: Vec<[LinearValue; 3]>,
 }
 
 impl Blend {
@@ -482,13 +482,13 @@ impl BlendMap {
     pub fn composition<'b>(
         &'b self,
         map: &'b SamplingMap,
-        gains: &'b Gains,
+        toning: &'b ToningMap,
         normals: bool,
         encoding: Encoding,
     ) -> Composition<'b> {
-        let at = gains.0.as_ref().and_then(|gains| gains.narrowed.as_ref()).unwrap_or(self);
+        let at = toning.0.as_ref().and_then(|toning| toning.narrowed.as_ref()).unwrap_or(self);
         assert_eq!(map.patches().len(), at.inside.len(), "the blend is one of another map");
-        let recoloring = gains.0.as_ref().and_then(|gains| gains.source.as_ref());
+        let recoloring = toning.0.as_ref().and_then(|toning| toning.source.as_ref());
         Composition {
             map,
             inside: &at.inside,
@@ -497,13 +497,13 @@ impl BlendMap {
             matrix: recoloring.and_then(|recoloring| recoloring.matrix),
             normals,
             is_linear: encoding == Encoding::Linear,
-            leaves_out: gains.controls().is_some_and(Controls::leaves_out),
+            leaves_out: toning.controls().is_some_and(Controls::leaves_out),
         }
     }
 
     /// How the base is recoloured before the texture is laid over it; `None` if it stays unchanged.
-    pub fn base_change<'b>(&'b self, gains: &'b Gains) -> Option<BaseLayer<'b>> {
-        let (RecolorMap { matrix, gains }, skin) = gains.0.as_ref()?.base.as_ref()?;
+    pub fn base_change<'b>(&'b self, toning: &'b ToningMap) -> Option<BaseLayer<'b>> {
+        let (RecolorMap { matrix, gains }, skin) = toning.0.as_ref()?.base.as_ref()?;
         let skin = match (&self.skin, skin) {
             (Some(mask), _) | (None, SkinTexels::Mask(mask)) => SkinCriterion::Mask(mask),
             (None, SkinTexels::Model(model)) => SkinCriterion::Model(*model),
@@ -518,12 +518,12 @@ impl BlendMap {
     /// # Errors
     /// [`ToneError::Domain`] if the toning belongs to another domain, [`ToneError::Texture`] if
     /// there is not enough memory for a mask.
-    pub fn gains(
+    pub fn toning_map(
         &self,
         map: &Arc<SamplingMap>,
         toning: &ToneCorrection,
         colors: bool,
-    ) -> Result<Gains, ToneError> {
+    ) -> Result<ToningMap, ToneError> {
         if !self.blend.domain.is_compatible(&toning.domain) {
             return Err(ToneError::Domain);
         }
@@ -555,7 +555,7 @@ impl BlendMap {
             }
             _ => None,
         };
-        Ok(Gains(Some(Arc::new(ToneGains { source, base, narrowed, controls }))))
+        Ok(ToningMap(Some(Arc::new(SampledTone { source, base, narrowed, controls }))))
     }
 
     fn recoloring(&self, map: &SamplingMap, recolor: &Recolor) -> RecolorMap {
@@ -564,7 +564,7 @@ impl BlendMap {
         let gains = if gains.is_empty() {
             Vec::new()
         } else {
-            slopes(map, domain.mesh(), domain.surface(), |_, point| gains[point as usize])
+            linear_values(map, domain.mesh(), domain.surface(), |_, point| gains[point as usize])
         };
         RecolorMap { matrix: *matrix, gains }
     }
@@ -572,18 +572,18 @@ impl BlendMap {
     /// The weight of the texture at each texel as an 8-bit grey texture: white where only the
     /// texture shows, black where only the base does. The gutter is black.
     ///
-    /// - `gains`: holds the narrowed region of a texture.
-    pub fn weights(&self, map: &SamplingMap, gains: &Gains) -> Texture {
+    /// - `toning`: holds the narrowed region of a texture.
+    pub fn weights(&self, map: &SamplingMap, toning: &ToningMap) -> Texture {
         let size = map.size();
         let white = vec![255_u8; size.texels()];
         let mut values = vec![0; size.texels()];
         let composition = Composition {
             gains: &[],
             matrix: None,
-            ..self.composition(map, gains, false, Encoding::Data)
+            ..self.composition(map, toning, false, Encoding::Data)
         };
         let mut controls = Vec::new();
-        if let Some(of) = gains.controls() {
+        if let Some(of) = toning.controls() {
             of.rows(0, size.height, &mut controls);
         }
         composition.lay(Channels::Grey, false, 0, &white, &mut values, &controls);
@@ -597,7 +597,7 @@ impl BlendMap {
 
 impl Blend {
     /// The signed distance from the boundary over the patches of a map.
-    fn inside_of(&self, map: &SamplingMap) -> Vec<[Slope; 1]> {
+    fn inside_of(&self, map: &SamplingMap) -> Vec<[LinearValue; 1]> {
         let value = |face: u32, point: u32| {
             // Triangles outside the region lie beyond its boundary, even if all their corners are
             // on it.
@@ -607,11 +607,11 @@ impl Blend {
                 f32::NEG_INFINITY
             }]
         };
-        slopes(map, self.domain.mesh(), self.domain.surface(), value)
+        linear_values(map, self.domain.mesh(), self.domain.surface(), value)
     }
 }
 
-impl Gains {
+impl ToningMap {
     /// Per-texel controls from labels, if there are any.
     pub fn controls(&self) -> Option<&Controls> {
         self.0.as_ref()?.controls.as_ref()

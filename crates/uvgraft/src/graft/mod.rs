@@ -12,7 +12,7 @@ use std::sync::{Arc, OnceLock};
 
 use uvgraft_surface::pair::{Direction, Pair};
 
-use crate::blend::{Blend, BlendMap, Collapsed, EyeRims, Gains, ToneCorrection, ToneError};
+use crate::blend::{Blend, BlendMap, Collapsed, EyeRims, ToneCorrection, ToneError, ToningMap};
 use crate::color::Encoding;
 use crate::content::Content;
 use crate::copies;
@@ -327,7 +327,9 @@ impl Graft {
     /// where the base shows through a feather, black elsewhere, including the gutter.
     pub fn mask(&self) -> Texture {
         match &self.blend {
-            Some(GraftBlend { blend_map, .. }) => blend_map.weights(self.map(), &Gains::default()),
+            Some(GraftBlend { blend_map, .. }) => {
+                blend_map.weights(self.map(), &ToningMap::default())
+            }
             None => self.map().mask(),
         }
     }
