@@ -67,7 +67,7 @@ mod worker;
 pub use base_source::BaseSource;
 pub use blend_settings::{BlendMode, BlendSettings, ToneSide};
 pub use blending::{Blending, KnownTexels, exclusion_note};
-pub use failure::{Blame, Failure, Fault, Result, spelled};
+pub use failure::{Blame, Context, Failure, Fault, Result, spelled};
 pub use growth::{Grown, grown};
 pub use layout_checks::{CheckedPair, LayoutChecks};
 pub use length::{Length, Unit};

@@ -12,7 +12,7 @@ use uvgraft_image::{EncodeError, Format, TextureSpec, WriteError, Written};
 
 use crate::base::Bands;
 use crate::blending;
-use crate::failure::{Blame, Failure, Result};
+use crate::failure::{Blame, Context, Failure, Result};
 use crate::non_finite::without_non_finite;
 use crate::observer::{Event, Observer};
 use crate::segmented::Segmented;
@@ -140,9 +140,7 @@ impl Shared {
         call.observer.check()?;
         let source = call.source.open(self.options.values.space())?;
         let size = source.spec().size;
-        self.mask_sizes
-            .check_texture(size)
-            .map_err(|failure| failure.context(call.source.name().display()))?;
+        self.mask_sizes.check_texture(size).context(call.source.name().display())?;
         let formats = self.formats(call, &source, log)?;
         let bands = self.base.bands(formats.base)?;
         let mut base_probe = None;
@@ -364,7 +362,7 @@ impl Shared {
                 fitted.map(|fitted| (fitted.overlay, Some(fitted.summary)))
             }
         };
-        overlay.or_input().map_err(|failure| failure.context(source.display()))
+        overlay.or_input().context(source.display())
     }
 }
 
