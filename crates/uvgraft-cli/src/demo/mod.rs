@@ -13,7 +13,6 @@ use std::process::ExitCode;
 use std::sync::Arc;
 use std::time::Instant;
 
-use anyhow::Context;
 use uvgraft::{Direction, Graft, Mesh, Pair, Size, Sizes, Texture};
 use uvgraft_assembly::drawing::Sheet;
 use uvgraft_assembly::{Input, ViewRequest, pair_picture};
@@ -27,7 +26,7 @@ use uvgraft_viewer::PAGE;
 
 use self::blending::Blends;
 use self::views::{FACE, FULL, render};
-use crate::failure::OrBadInput;
+use crate::files::{OrCannotWrite, create_folder};
 use crate::report::{grouped, parse_size};
 use crate::{outcome, terminal};
 
@@ -60,9 +59,7 @@ pub(crate) struct Args {
 
 pub(crate) fn run(args: &Args) -> anyhow::Result<ExitCode> {
     let folder = &args.output;
-    std::fs::create_dir_all(folder)
-        .with_context(|| format!("cannot create the folder {}", folder.display()))
-        .or_bad_input()?;
+    create_folder(folder)?;
     let mut steps = Steps::new();
     let open_body = args.body.as_deref().map(|path| open_body::Files::new(path, args.size));
     let open_body = open_body.transpose()?;
@@ -382,7 +379,7 @@ impl Outputs<'_> {
         write: impl FnOnce(&Path) -> anyhow::Result<()>,
     ) -> anyhow::Result<Self> {
         let path = self.folder.join(name);
-        write(&path).with_context(|| format!("cannot write {}", path.display()))?;
+        write(&path).or_cannot_write(&path)?;
         self.written.push((name, what));
         Ok(self)
     }
