@@ -1,7 +1,6 @@
 //! Lists of integers in NumPy's NPY arrays.
 
 use super::{IntegersError, List};
-use crate::numpy::header::HeaderError;
 use crate::numpy::{Dtype, NpyArray};
 use crate::obj::shown;
 
@@ -59,16 +58,6 @@ fn integers_or(array: &NpyArray<'_>, wanted: &'static str) -> Result<Vec<i64>, I
 fn check_length(array: &NpyArray<'_>, width: usize) -> Result<(), IntegersError> {
     let found = array.values.len();
     array.check_length(width).map_err(|wanted| IntegersError::NpyLength { wanted, found })
-}
-
-impl From<HeaderError> for IntegersError {
-    fn from(error: HeaderError) -> Self {
-        match error {
-            HeaderError::Version { major, minor } => Self::NpyVersion { major, minor },
-            HeaderError::Truncated { wanted, found } => Self::NpyCutShort { wanted, found },
-            HeaderError::Header { found, wanted } => Self::NpyHeader { found, wanted },
-        }
-    }
 }
 
 #[cfg(test)]
