@@ -281,10 +281,7 @@ fn nodes(
     for (index, node) in document.nodes.iter().enumerate() {
         let place = format!("node {index}");
         let rest = placement(node, &place)?;
-        let mesh = match node.mesh {
-            Some(mesh) => Some(find(meshes, mesh, "mesh", &place)?),
-            None => None,
-        };
+        let mesh = node.mesh.map(|mesh| find(meshes, mesh, "mesh", &place)).transpose()?;
         if let Some(skin) = node.skin {
             find(&document.skins, skin, "skin", &place)?;
         }

@@ -244,10 +244,8 @@ impl<'o> Collector<'o> {
                     return Err(Unread::broken("a chumpy selection must have `a` and `idxs`"));
                 };
                 let (a, places) = (self.array(a, depth)?, self.array(places, depth)?);
-                let shape = match object.attribute("preferred_shape") {
-                    Some(shape) => Some(self.array(shape, depth)?),
-                    None => None,
-                };
+                let shape = object.attribute("preferred_shape");
+                let shape = shape.map(|shape| self.array(shape, depth)).transpose()?;
                 self.spend(places.numbers().len())?;
                 chosen(a, &places, shape.as_ref())
             }

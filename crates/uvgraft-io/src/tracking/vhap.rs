@@ -132,10 +132,9 @@ impl Heads {
 
     fn parse(&mut self, arrays: &NamedArrays) -> Result<FlameParameters, TrackingError> {
         let get = |name| row(name, arrays.require(name)?);
-        let static_offset = match arrays.get("static_offset") {
-            Some(array) => Some(self.offset.get(offsets("static_offset", array)?)),
-            None => None,
-        };
+        let static_offset = arrays.get("static_offset");
+        let static_offset =
+            static_offset.map(|array| offsets("static_offset", array)).transpose()?;
         let [a, b, c, d, e, f] = fixed("eyes_pose", &get("eyes_pose")?)?;
         Ok(FlameParameters {
             expression: get("expr")?,
@@ -144,7 +143,7 @@ impl Heads {
             neck: fixed("neck_pose", &get("neck_pose")?)?,
             jaw: Some(fixed("jaw_pose", &get("jaw_pose")?)?),
             eyes: Some([[a, b, c], [d, e, f]]),
-            static_offset,
+            static_offset: static_offset.map(|offset| self.offset.get(offset)),
             ..FlameParameters::at_rest(self.shape.get(get("shape")?))
         })
     }
