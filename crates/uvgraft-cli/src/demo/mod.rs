@@ -71,17 +71,11 @@ pub(crate) fn run(args: &Args) -> anyhow::Result<ExitCode> {
     let avatar = AnimatedFigure::new(&transferred, &mut steps)?;
     let selfie = Selfie::new(args, &transferred, &mut steps)?;
     let photo = selfie.as_ref().map(|selfie| selfie.photo.clone());
-    let outputs = Outputs { folder, written: Vec::new() };
-    let outputs = transferred.write(outputs, pictures)?;
-    let outputs = avatar.write(outputs)?;
-    let outputs = match open_body {
-        Some(built) => built.write(outputs)?,
-        None => outputs,
-    };
-    let outputs = match selfie {
-        Some(built) => built.write(outputs)?,
-        None => outputs,
-    };
+    let mut outputs = Outputs { folder, written: Vec::new() };
+    transferred.write(&mut outputs, pictures)?;
+    avatar.write(&mut outputs)?;
+    open_body.map_or(Ok(()), |built| built.write(&mut outputs))?;
+    selfie.map_or(Ok(()), |built| built.write(&mut outputs))?;
     steps.done("writing", &format!("{} files", outputs.written.len()))?;
     outcome::wrote(folder);
     print(&outputs, photo.as_deref())?;
@@ -131,7 +125,7 @@ impl Transferred {
         Ok(Self { figure, pair, face, base, body, back })
     }
 
-    fn write<'a>(self, outputs: Outputs<'a>, pictures: Pictures) -> anyhow::Result<Outputs<'a>> {
+    fn write(self, outputs: &mut Outputs<'_>, pictures: Pictures) -> anyhow::Result<()> {
         let file = PairFile {
             pair: self.pair,
             source_name: "head.obj".to_owned(),
@@ -159,7 +153,8 @@ impl Transferred {
             .file("blending.png", "face blended onto a body of darker skin", |path| {
                 Ok(pictures.blended.write(path)?)
             })?
-            .texture("body_darker.png", "texture of that body before", pictures.darker)
+            .texture("body_darker.png", "texture of that body before", pictures.darker)?;
+        Ok(())
     }
 }
 
@@ -199,9 +194,9 @@ impl AnimatedFigure {
         Ok(Self { files, pictures })
     }
 
-    fn write(self, outputs: Outputs<'_>) -> anyhow::Result<Outputs<'_>> {
+    fn write(self, outputs: &mut Outputs<'_>) -> anyhow::Result<()> {
         let Self { files, pictures } = &self;
-        let outputs = outputs
+        outputs
             .file("avatar.glb", "animated avatar", |path| bytes(path, &files.glb))?
             .file("avatar.vrm", "the same as VRM", |path| bytes(path, &files.vrm))?
             .file("wave.npz", "animation as an AMASS recording", |path| {
@@ -211,11 +206,12 @@ impl AnimatedFigure {
             .file("turntable.gif", "waving avatar from all sides", |path| {
                 pictures.write_turntable(path)
             })?;
-        if PAGE.is_none() {
-            return Ok(outputs);
+        if PAGE.is_some() {
+            let page = ViewRequest::new(Input::bytes("avatar.glb", &*files.glb)).make(&())?;
+            let what = "avatar in a viewer for the browser";
+            outputs.file("avatar.html", what, |path| bytes(path, &page))?;
         }
-        let page = ViewRequest::new(Input::bytes("avatar.glb", &*files.glb)).make(&())?;
-        outputs.file("avatar.html", "avatar in a viewer for the browser", |path| bytes(path, &page))
+        Ok(())
     }
 }
 
@@ -241,18 +237,17 @@ impl Selfie {
         Ok(Some(Self { photo, glb, sheet }))
     }
 
-    fn write(self, outputs: Outputs<'_>) -> anyhow::Result<Outputs<'_>> {
-        let outputs = if self.photo.starts_with(outputs.folder) {
+    fn write(self, outputs: &mut Outputs<'_>) -> anyhow::Result<()> {
+        if self.photo.starts_with(outputs.folder) {
             // It was written when it was made.
-            outputs.file(selfie::PORTRAIT, "photograph of the figure", |_| Ok(()))?
-        } else {
-            outputs
-        };
+            outputs.file(selfie::PORTRAIT, "photograph of the figure", |_| Ok(()))?;
+        }
         outputs.file("selfie.glb", "avatar of a photograph", |path| bytes(path, &self.glb))?.file(
             "selfie.png",
             "the photograph and its avatar",
             |path| Ok(self.sheet.write(path)?),
-        )
+        )?;
+        Ok(())
     }
 }
 
@@ -373,11 +368,11 @@ struct Outputs<'a> {
 
 impl Outputs<'_> {
     fn file(
-        mut self,
+        &mut self,
         name: &'static str,
         what: &'static str,
         write: impl FnOnce(&Path) -> anyhow::Result<()>,
-    ) -> anyhow::Result<Self> {
+    ) -> anyhow::Result<&mut Self> {
         let path = self.folder.join(name);
         write(&path).or_cannot_write(&path)?;
         self.written.push((name, what));
@@ -385,11 +380,11 @@ impl Outputs<'_> {
     }
 
     fn texture(
-        self,
+        &mut self,
         name: &'static str,
         what: &'static str,
         texture: Texture,
-    ) -> anyhow::Result<Self> {
+    ) -> anyhow::Result<&mut Self> {
         self.file(name, what, |path| {
             // Nothing is lost: PNG stores an 8-bit RGB texture without a profile exactly.
             let _ = image::write(&Image::from(texture), path, &WriteOptions::default())?;

@@ -72,11 +72,14 @@ impl Files {
 }
 
 impl Files {
-    pub(super) fn write(self, outputs: Outputs<'_>) -> anyhow::Result<Outputs<'_>> {
+    pub(super) fn write(self, outputs: &mut Outputs<'_>) -> anyhow::Result<()> {
         outputs
             .file("open_body.glb", "avatar of the open body", |path| bytes(path, &self.glb))?
             .file("open_body.vrm", "the same as VRM", |path| bytes(path, &self.vrm))?
-            .file("open_body.png", "stills of the open body", |path| Ok(self.sheet.write(path)?))
+            .file("open_body.png", "stills of the open body", |path| {
+                Ok(self.sheet.write(path)?)
+            })?;
+        Ok(())
     }
 }
 
