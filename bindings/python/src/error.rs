@@ -95,13 +95,9 @@ pub(crate) fn of_texture(error: TextureError) -> PyErr {
     }
 }
 
-/// What Python calls a parameter that libraries call otherwise.
-const NAMES: [(&str, &str); 1] = [("map", "maps")];
-
 /// What Python calls a parameter, in backticks; `None` if libraries call it the same.
 fn in_python(name: &str) -> Option<String> {
-    let (_, in_python) = NAMES.into_iter().find(|(in_libraries, _)| *in_libraries == name)?;
-    Some(format!("`{in_python}`"))
+    (name == "map").then(|| "`maps`".to_owned())
 }
 
 /// A message of a library with the names that parameters have in Python, in backticks.

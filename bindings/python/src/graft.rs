@@ -1,5 +1,6 @@
 //! Prepared transfers.
 
+use std::borrow::Cow;
 use std::path::Path;
 use std::sync::{Arc, Mutex, PoisonError};
 
@@ -13,10 +14,9 @@ use uvgraft::{
     Averaging, Blend, BlendDomain, BlendOptions, Choice, Content, Direction, Encoding, Filter,
     FitOptions, FitProgress, FitSummary, Graft as CoreGraft, Labels, MapOptions, NormalY, Overlap,
     Overlay, Pair as CorePair, Prefer, Size, Sizes, TexelFormat, Texels, Texture, Tone,
-    ToneCorrection,
 };
 use uvgraft_io::pair_file::PairFile;
-use uvgraft_pipeline::{BlendMode, CheckedPair, LayoutChecks, ToneSide};
+use uvgraft_pipeline::{BlendMode, CheckedPair, LayoutChecks, ToneSide, toned, toning};
 
 use crate::arguments::{self, chosen, direction};
 use crate::arrays::{GivenTexture, OutArray, array, copy, depth_of, shape, texture};
@@ -640,17 +640,14 @@ impl Graft {
                 warnings.extend(self.misfit_of_range(&given.texture, &given.name));
                 warnings.extend(self.misfit_of_base(&given.texture, &given.name));
             }
-            let (toning, of_tone) = self.toning(&graft, &texture, &base, format)?;
+            let is_toned = self.settings.content == Content::Color;
+            let colors = || base.colors().map(Cow::Owned);
+            let (toning, of_tone) = toning(&graft, &texture, is_toned, format, colors)?;
             // Named, so that Python's filter tells each text once for each texture.
             let of_tone = of_tone.into_iter();
             warnings.extend(of_tone.map(|warning| format!("{}: {warning}", name.display())));
-            let mut overlay = make(&graft, texture, format)?;
-            if let Some(toning) = &toning {
-                overlay = match self.settings.content {
-                    Content::Color => overlay.with_tone(toning).map_err(failed)?,
-                    _ => overlay.with_exclusion(toning).map_err(failed)?,
-                };
-            }
+            let overlay = make(&graft, texture, format)?;
+            let overlay = toned(overlay, toning.as_ref(), is_toned).map_err(failed)?;
             let base = base.into_texture(sizes.to, format)?;
             Ok((overlay.lay(0, self.reinterpreted(base)).map_err(bad_value)?, warnings))
         })??;
@@ -768,34 +765,6 @@ impl Graft {
             Content::Color => texture,
             _ => texture.with_encoding(Encoding::Data),
         }
-    }
-
-    /// The tone and what is left out of the texture, and warnings. Where no tone can be found, colours
-    /// stay as they are.
-    fn toning(
-        &self,
-        graft: &CoreGraft,
-        texture: &Texture,
-        base: &Base,
-        format: TexelFormat,
-    ) -> PyResult<(Option<ToneCorrection>, Vec<String>)> {
-        let mut warnings = Vec::new();
-        let Some(blend) = graft.blend().filter(|blend| blend.options().needs_labels()) else {
-            return Ok((None, warnings));
-        };
-        if self.settings.content != Content::Color {
-            let excluded = if blend.has_labels() { graft.exclusion(texture) } else { None };
-            return Ok((excluded, warnings));
-        }
-        if !blend.options().needs_colors() {
-            return Ok((graft.exclusion(texture), warnings));
-        }
-        let toning = graft.toning(texture, &base.colors()?, format).unwrap_or_else(|why| {
-            warnings.push(format!("{why}; colours left unchanged"));
-            graft.exclusion(texture)
-        });
-        warnings.extend(toning.iter().flat_map(|toning| toning.report().warnings()));
-        Ok((toning, warnings))
     }
 }
 

@@ -29,25 +29,20 @@ struct Compared {
     threads: Option<usize>,
 }
 
-/// Arguments that all metrics have.
-struct Options<'a, 'py> {
-    mask: Option<&'a Bound<'py, PyAny>>,
-    encoding: &'a str,
-    threads: Option<i64>,
-}
-
 impl Compared {
     fn new(
         reference: &Bound<'_, PyAny>,
         test: &Bound<'_, PyAny>,
-        options: &Options<'_, '_>,
+        mask: Option<&Bound<'_, PyAny>>,
+        encoding: &str,
+        threads: Option<i64>,
     ) -> PyResult<Self> {
-        let encoding = color_encoding(options.encoding)?;
-        let threads = threads::checked(options.threads)?;
+        let encoding = color_encoding(encoding)?;
+        let threads = threads::checked(threads)?;
         let reference = colors(reference, "reference", encoding)?;
         let test = colors(test, "test", encoding)?;
         same_size("test", test.size(), reference.size())?;
-        let mask = options.mask.map(|mask| selected(mask, reference.size())).transpose()?;
+        let mask = mask.map(|mask| selected(mask, reference.size())).transpose()?;
         Ok(Self { reference, test, mask, threads })
     }
 
@@ -136,8 +131,7 @@ pub(crate) fn l1(
     encoding: &str,
     threads: Option<i64>,
 ) -> PyResult<f64> {
-    let options = Options { mask, encoding, threads };
-    Compared::new(reference, test, &options)?.by_formula(py, metrics::l1)
+    Compared::new(reference, test, mask, encoding, threads)?.by_formula(py, metrics::l1)
 }
 
 /// Return the peak signal-to-noise ratio, ``10 log10(1 / mean((reference - test)²))``.
@@ -168,8 +162,7 @@ pub(crate) fn psnr(
     encoding: &str,
     threads: Option<i64>,
 ) -> PyResult<f64> {
-    let options = Options { mask, encoding, threads };
-    Compared::new(reference, test, &options)?.by_formula(py, metrics::psnr)
+    Compared::new(reference, test, mask, encoding, threads)?.by_formula(py, metrics::psnr)
 }
 
 /// Return the structural similarity (SSIM), each channel separately.
@@ -215,8 +208,7 @@ pub(crate) fn ssim(
     let windows: [(&str, Measure); 2] =
         [("gaussian", metrics::ssim), ("uniform", metrics::ssim_uniform)];
     let measure = chosen_from("window", window, &windows)?;
-    let options = Options { mask, encoding, threads };
-    Compared::new(reference, test, &options)?.by_formula(py, measure)
+    Compared::new(reference, test, mask, encoding, threads)?.by_formula(py, measure)
 }
 
 /// Return the SSIMULACRA 2 score of a texture as a copy of a reference.
@@ -252,8 +244,7 @@ pub(crate) fn ssimulacra2(
     encoding: &str,
     threads: Option<i64>,
 ) -> PyResult<f64> {
-    let options = Options { mask, encoding, threads };
-    Compared::new(reference, test, &options)?.by_formula(py, metrics::ssimulacra2)
+    Compared::new(reference, test, mask, encoding, threads)?.by_formula(py, metrics::ssimulacra2)
 }
 
 /// Return LDR-FLIP, the difference seen when alternating between two textures.
@@ -289,8 +280,7 @@ pub(crate) fn flip(
     threads: Option<i64>,
 ) -> PyResult<f64> {
     let Some(measure) = Metric::Flip.measure() else { return Err(failed(NO_FLIP)) };
-    let options = Options { mask, encoding, threads };
-    Compared::new(reference, test, &options)?.by_formula(py, measure)
+    Compared::new(reference, test, mask, encoding, threads)?.by_formula(py, measure)
 }
 
 /// Return LPIPS 0.1, learned perceptual image patch similarity.
@@ -337,8 +327,7 @@ pub(crate) fn lpips(
     threads: Option<i64>,
 ) -> PyResult<f64> {
     let network = chosen("network", network)?;
-    let options = Options { mask, encoding, threads };
-    let compared = Compared::new(reference, test, &options)?;
+    let compared = Compared::new(reference, test, mask, encoding, threads)?;
     let network = lpips_weights::read(py, network, weights.as_deref())?;
     compared.by_network(py, &*network.ok_or_else(|| failed(NO_WEIGHTS))?)
 }
@@ -385,8 +374,7 @@ pub(crate) fn compare<'py>(
 ) -> PyResult<Bound<'py, PyDict>> {
     let selection = Selection::new(metrics)?;
     let networks = selection.ready(py, weights.as_deref())?;
-    let options = Options { mask, encoding, threads };
-    let compared = Compared::new(reference, test, &options)?;
+    let compared = Compared::new(reference, test, mask, encoding, threads)?;
     let values = PyDict::new(py);
     for (metric, ready) in networks {
         let value = match &ready {

@@ -5,11 +5,10 @@ use std::sync::Arc;
 use pyo3::intern;
 use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyTuple};
-use uvgraft::blend::RegionError;
-use uvgraft::{Anatomy, Area, Blend, BlendDomain, BlendOptions, GraftError, MeshError, Texture};
+use uvgraft::{Anatomy, Area, Blend, BlendDomain, BlendOptions, Texture};
 use uvgraft_metrics::seams::{
-    EdgeGroup, Offset, SeamEdge, SeamError, SeamNotes, SeamOptions, SeamReport, SkinColors, Step,
-    ToneMatch, ToneReferences, TransferredFace, measure, measure_tone,
+    EdgeGroup, Offset, SeamEdge, SeamNotes, SeamOptions, SeamReport, SkinColors, Step, ToneMatch,
+    ToneReferences, TransferredFace, measure, measure_tone,
 };
 
 use crate::arguments::{color_encoding, direction};
@@ -114,10 +113,9 @@ pub(crate) fn seams<'py>(
         None => domain.linked(),
     };
     let (report, tone) = threads::run(py, threads, || {
-        let blend = Blend::new(&selected, BlendOptions::default())?;
+        let blend = Blend::new(&selected, BlendOptions::default()).map_err(failed)?;
         textures.measured(&domain, &blend, &options)
-    })?
-    .map_err(Refusal::into_py)?;
+    })??;
     result(py, &report, tone.as_ref())
 }
 
@@ -193,59 +191,16 @@ impl Textures {
         domain: &BlendDomain,
         blend: &Blend,
         options: &SeamOptions,
-    ) -> Result<(SeamReport, Option<ToneMatch>), Refusal> {
-        let cut = blend.cut()?;
-        let report = measure(&cut.mesh, &self.texture, &cut.inside, options)?;
+    ) -> PyResult<(SeamReport, Option<ToneMatch>)> {
+        let cut = blend.cut().map_err(failed)?;
+        let report = measure(&cut.mesh, &self.texture, &cut.inside, options).map_err(bad_value)?;
         let Ok(anatomy) = Anatomy::find(&cut.mesh) else { return Ok((report, None)) };
         let size = self.texture.size();
         let face = self.face.as_ref().map(|face| TransferredFace::new(domain, face, size));
-        let face = face.transpose()?;
+        let face = face.transpose().map_err(of_graft)?;
         let references = ToneReferences { base: self.base.as_ref(), face: face.as_ref() };
-        let tone = measure_tone(&cut.mesh, &anatomy, &self.texture, &cut.inside, references)?;
-        Ok((report, Some(tone)))
-    }
-}
-
-/// Why seams could not be measured.
-enum Refusal {
-    Region(RegionError),
-    Mesh(MeshError),
-    Seams(SeamError),
-    Graft(GraftError),
-}
-
-impl Refusal {
-    fn into_py(self) -> PyErr {
-        match self {
-            Self::Region(error) => failed(error),
-            Self::Mesh(error) => failed(error),
-            Self::Seams(error) => bad_value(error),
-            Self::Graft(error) => of_graft(error),
-        }
-    }
-}
-
-impl From<RegionError> for Refusal {
-    fn from(error: RegionError) -> Self {
-        Self::Region(error)
-    }
-}
-
-impl From<MeshError> for Refusal {
-    fn from(error: MeshError) -> Self {
-        Self::Mesh(error)
-    }
-}
-
-impl From<SeamError> for Refusal {
-    fn from(error: SeamError) -> Self {
-        Self::Seams(error)
-    }
-}
-
-impl From<GraftError> for Refusal {
-    fn from(error: GraftError) -> Self {
-        Self::Graft(error)
+        let tone = measure_tone(&cut.mesh, &anatomy, &self.texture, &cut.inside, references);
+        Ok((report, Some(tone.map_err(bad_value)?)))
     }
 }
 

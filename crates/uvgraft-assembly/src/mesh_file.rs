@@ -16,7 +16,7 @@ use uvgraft_io::obj::ObjError;
 use uvgraft_io::pair_file::{self, PairFile};
 use uvgraft_io::textured::{TexturedMesh, WithoutUv};
 use uvgraft_io::{arrays, model_mesh, obj, ply};
-use uvgraft_pipeline::{Blame, Failure, Observer, Result};
+use uvgraft_pipeline::{Blame, Context, Failure, Observer, Result};
 
 use crate::report::grouped;
 
@@ -191,7 +191,7 @@ fn load(file: &MeshFile) -> Result<TexturedMesh> {
     if !kind.is_file() && !kind.is_dir() {
         return from_bytes(file);
     }
-    let part = |mesh| part(mesh, file).map_err(|failure| failure.context(&file.file));
+    let part = |mesh| part(mesh, file).context(&file.file);
     // A folder is refused where files are read.
     let format = if kind.is_dir() { Format::Obj } else { Format::of(path).map_err(named)? };
     match format {
@@ -199,9 +199,7 @@ fn load(file: &MeshFile) -> Result<TexturedMesh> {
         Format::Gltf => load_mesh(path, &file.choice())
             .map_err(|error| read_failure(error, |reason| with_hint(reason, file))),
         Format::Ply => part(ply::read(path).or_input()?),
-        Format::Pair => {
-            side(&pair_file::read(path).or_input()?, file).map_err(|it| it.context(&file.file))
-        }
+        Format::Pair => side(&pair_file::read(path).or_input()?, file).context(&file.file),
         Format::Model if file.is_head() => model_mesh::read_head(path).or_input().map(whole),
         Format::Model => part(whole(model_mesh::read(path).or_input()?)),
         Format::Obj => {
@@ -230,9 +228,8 @@ fn read_failure<E: std::error::Error>(
 
 /// Bytes and pipes, which can be read only once, have no files beside them.
 fn from_bytes(file: &MeshFile) -> Result<TexturedMesh> {
-    let bytes = file.file.read(obj::MAX_FILE_BYTES).or_input();
-    let named = |failure: Failure| failure.context(&file.file);
-    parsed(&bytes.map_err(named)?, file).map_err(named)
+    let bytes = file.file.read(obj::MAX_FILE_BYTES).or_input().context(&file.file)?;
+    parsed(&bytes, file).context(&file.file)
 }
 
 fn parsed(bytes: &[u8], file: &MeshFile) -> Result<TexturedMesh> {

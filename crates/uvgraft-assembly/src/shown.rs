@@ -11,7 +11,9 @@ use uvgraft_files::input::Input;
 use uvgraft_gltf::glb::{self, AvatarMaterial, EmbeddedFormat, EmbeddedImage, Export};
 use uvgraft_image as image;
 use uvgraft_io::obj;
-use uvgraft_pipeline::{Blame, Failure, Observer, Result, memory_taken, without_non_finite};
+use uvgraft_pipeline::{
+    Blame, Context, Failure, Observer, Result, memory_taken, without_non_finite,
+};
 use uvgraft_render::Bounds;
 
 use crate::mesh_file::{self, MeshFile};
@@ -103,8 +105,7 @@ fn whole(given: &Input) -> Result<Input> {
     let is_pipe =
         |path: &Path| path.metadata().is_ok_and(|found| !found.is_file() && !found.is_dir());
     let Some(path) = given.path().filter(|path| is_pipe(path)) else { return Ok(given.clone()) };
-    let bytes = given.read(obj::MAX_FILE_BYTES).or_input();
-    let bytes = bytes.map_err(|failure| failure.context(path.display()))?;
+    let bytes = given.read(obj::MAX_FILE_BYTES).or_input().context(path.display())?;
     Ok(Input::bytes(path, bytes.into_owned()))
 }
 

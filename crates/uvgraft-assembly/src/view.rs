@@ -6,7 +6,7 @@ use uvgraft_avatar::motion::UpAxis;
 use uvgraft_files::input::Input;
 use uvgraft_gltf::scene::{PoseRequest, Scene, whole_within};
 use uvgraft_image::{self as image, ImageError};
-use uvgraft_pipeline::{Blame, Failure, Observer, Result};
+use uvgraft_pipeline::{Blame, Context, Failure, Observer, Result};
 use uvgraft_render::Bounds;
 use uvgraft_viewer::{Glb, LookAt, PAGE, Page, Template, WebImage};
 
@@ -110,7 +110,7 @@ impl ViewRequest {
             .iter()
             .map(|input| {
                 let bytes = input.read(MAX_TEXTURE_BYTES).or_input();
-                Ok((input, file_name(input), bytes.map_err(|failure| failure.context(input))?))
+                Ok((input, file_name(input), bytes.context(input)?))
             })
             .collect::<Result<Vec<_>>>()?;
         let embedded = files.iter().fold(bytes.len(), |sum, (_, _, bytes)| sum + bytes.len());

@@ -16,6 +16,7 @@ mod completions;
 mod demo;
 mod doctor;
 mod failure;
+mod files;
 mod fitting;
 mod heading;
 mod heatmap;

@@ -4,14 +4,13 @@ use std::io;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
-use anyhow::Context;
 use clap::{Command, CommandFactory};
 use clap_mangen::Man;
 use uvgraft_files::output::write_atomically;
 use uvgraft_pipeline::Outputs;
 
 use crate::Cli;
-use crate::failure::OrBadInput;
+use crate::files::{OrCannotWrite, create_folder};
 
 /// Write man pages for the command and its subcommands
 #[derive(clap::Args)]
@@ -23,9 +22,7 @@ pub(crate) struct Args {
 
 pub(crate) fn run(args: &Args) -> anyhow::Result<ExitCode> {
     let folder = &args.folder;
-    std::fs::create_dir_all(folder)
-        .with_context(|| format!("cannot create the folder {}", folder.display()))
-        .or_bad_input()?;
+    create_folder(folder)?;
     let mut command = Cli::command().disable_help_subcommand(true);
     // Gives subcommands their full names and the global options.
     command.build();
@@ -38,7 +35,6 @@ fn write(command: &Command, folder: &Path, outputs: &mut Outputs) -> anyhow::Res
     let page = Man::new(command.clone());
     let path = folder.join(page.get_filename());
     outputs.check(&path)?;
-    write_atomically::<io::Error>(&path, |out| page.render(out))
-        .with_context(|| format!("cannot write {}", path.display()))?;
+    write_atomically::<io::Error>(&path, |out| page.render(out)).or_cannot_write(&path)?;
     command.get_subcommands().try_for_each(|subcommand| write(subcommand, folder, outputs))
 }

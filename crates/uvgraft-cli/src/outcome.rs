@@ -6,19 +6,20 @@ use std::borrow::Cow;
 use std::ffi::OsStr;
 use std::fmt::Display;
 use std::path::{Path, PathBuf};
-use std::sync::{Mutex, MutexGuard, PoisonError};
+use std::sync::{LazyLock, Mutex, MutexGuard, PoisonError};
 
 use anyhow::Context;
 use serde::Serialize;
 
-use crate::terminal;
+use crate::terminal::{self, MessageKind};
 
 /// The outcome of the command that this process runs.
-static OUTCOME: Mutex<Outcome> = Mutex::new(Outcome::new());
+static OUTCOME: LazyLock<Mutex<Outcome>> = LazyLock::new(Mutex::default);
 
 /// More files than these are counted.
 const MAX_LISTED: usize = 4;
 
+#[derive(Default)]
 struct Outcome {
     is_json: bool,
     is_quiet: bool,
@@ -57,22 +58,6 @@ struct Head<'a> {
 }
 
 impl Outcome {
-    const fn new() -> Self {
-        Self {
-            is_json: false,
-            is_quiet: false,
-            program: String::new(),
-            command: String::new(),
-            written: Vec::new(),
-            look: None,
-            report: String::new(),
-            text: String::new(),
-            warnings: Vec::new(),
-            notes: Vec::new(),
-            errors: Vec::new(),
-        }
-    }
-
     fn document(&self) -> anyhow::Result<String> {
         let uvgraft = Envelope {
             version: env!("CARGO_PKG_VERSION"),
@@ -101,7 +86,7 @@ fn outcome() -> MutexGuard<'static, Outcome> {
 /// - `command`: the command's name, with that of its subcommand.
 pub(crate) fn begin(called: &OsStr, command: String, is_json: bool, is_quiet: bool) {
     let program = program(called);
-    *outcome() = Outcome { is_json, is_quiet, program, command, ..Outcome::new() };
+    *outcome() = Outcome { is_json, is_quiet, program, command, ..Outcome::default() };
 }
 
 /// Whether notes, progress and closing lines are left out.
@@ -145,16 +130,16 @@ pub(crate) fn keep_text(text: &str) -> bool {
 }
 
 /// Keeps a warning, a note or an error for the document.
-pub(crate) fn keep_message(kind: terminal::MessageKind, text: &str) {
+pub(crate) fn keep_message(kind: MessageKind, text: &str) {
     let mut outcome = outcome();
-    if outcome.is_json {
-        match kind {
-            terminal::MessageKind::Warning => outcome.warnings.push(text.to_owned()),
-            terminal::MessageKind::Note => outcome.notes.push(text.to_owned()),
-            terminal::MessageKind::Error => outcome.errors.push(text.to_owned()),
-            terminal::MessageKind::Wrote | terminal::MessageKind::Look => {}
-        }
-    }
+    let kept = match kind {
+        _ if !outcome.is_json => return,
+        MessageKind::Warning => &mut outcome.warnings,
+        MessageKind::Note => &mut outcome.notes,
+        MessageKind::Error => &mut outcome.errors,
+        MessageKind::Wrote | MessageKind::Look => return,
+    };
+    kept.push(text.to_owned());
 }
 
 /// Tells that a file or a folder was written.
@@ -250,7 +235,7 @@ pub(crate) fn end() -> anyhow::Result<()> {
     if outcome.is_json {
         let document = outcome.document()?;
         drop(outcome);
-        return terminal::print_document(&document);
+        return terminal::to_stdout(&document);
     }
     let (written, look) = (std::mem::take(&mut outcome.written), outcome.look.take());
     let is_silent = outcome.is_quiet || written.is_empty() || !outcome.errors.is_empty();
@@ -262,9 +247,9 @@ pub(crate) fn end() -> anyhow::Result<()> {
         0..=MAX_LISTED => written.join(", "),
         count => format!("{} and {} more files", written[0], count - 1),
     };
-    terminal::message(terminal::MessageKind::Wrote, listed);
+    terminal::message(MessageKind::Wrote, listed);
     if let Some(look) = look {
-        terminal::message(terminal::MessageKind::Look, look);
+        terminal::message(MessageKind::Look, look);
     }
     Ok(())
 }

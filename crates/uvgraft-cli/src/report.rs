@@ -197,33 +197,16 @@ fn significant(value: f64) -> String {
     format!("{value:.*}", digits as usize)
 }
 
-/// Prints the report of a pair to standard output: as text, or as JSON.
-///
-/// - `recognised`: what the source and the target are.
-pub(crate) fn print(
-    file: &PairFile,
-    recognised: &[Recognition; 2],
-    report: &PairReport,
-) -> anyhow::Result<()> {
-    print_with(file, None, recognised, report)
-}
-
 /// The report of a pair for textures of some sizes.
 pub(crate) fn of_pair(file: &PairFile, sizes: &Sizes) -> PairReport {
     PairReport::new(&file.pair, sizes.texels())
 }
 
-/// As [`print`], with how the meshes were linked.
-pub(crate) fn print_linked(
-    file: &PairFile,
-    linked: &Linked,
-    recognised: &[Recognition; 2],
-    report: &PairReport,
-) -> anyhow::Result<()> {
-    print_with(file, Some(linked), recognised, report)
-}
-
-fn print_with(
+/// Prints the report of a pair to standard output: as text, or as JSON.
+///
+/// - `linked`: how the meshes were linked, if they just were.
+/// - `recognised`: what the source and the target are.
+pub(crate) fn print(
     file: &PairFile,
     linked: Option<&Linked>,
     recognised: &[Recognition; 2],

@@ -63,11 +63,6 @@ pub(crate) fn print(text: &str) -> anyhow::Result<()> {
     if outcome::keep_text(&text) { Ok(()) } else { to_stdout(&text) }
 }
 
-/// Prints a document, as made by [`json`].
-pub(crate) fn print_document(json: &str) -> anyhow::Result<()> {
-    to_stdout(json)
-}
-
 /// A document as JSON, as it is printed.
 pub(crate) fn json(document: &impl Serialize) -> anyhow::Result<String> {
     let text = serde_json::to_string_pretty(document)? + "\n";
@@ -132,7 +127,8 @@ pub(crate) fn has_unsafe(text: &str) -> bool {
     text.chars().any(|character| character != '\n' && is_unsafe(character))
 }
 
-fn to_stdout(text: &str) -> anyhow::Result<()> {
+/// Prints text as it is, such as a document that [`json`] made.
+pub(crate) fn to_stdout(text: &str) -> anyhow::Result<()> {
     progress::suspended(|| {
         let mut out = io::stdout().lock();
         or_nobody_reads(out.write_all(text.as_bytes()).and_then(|()| out.flush()))

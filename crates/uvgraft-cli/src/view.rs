@@ -1,20 +1,17 @@
 //! `uvgraft view`: an avatar or a mesh as one HTML file, opened in the browser.
 
-use std::io::{self, Write as _};
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
-use anyhow::Context;
 use uvgraft_assembly::mesh_file::MeshFile;
 use uvgraft_assembly::render::Aim;
 use uvgraft_assembly::{Input, ViewRequest};
 use uvgraft_avatar::motion::UpAxis;
-use uvgraft_files::output;
 use uvgraft_pipeline::{Outputs, parse_memory};
 
 use crate::choice::choice;
 use crate::failure::{Notes, bad_input, note};
-use crate::outcome;
+use crate::files;
 
 /// Show an avatar, or a mesh with a texture, in the browser
 ///
@@ -73,10 +70,7 @@ pub(crate) fn run(args: &Args) -> anyhow::Result<ExitCode> {
     }
     Outputs::new(request.inputs().filter_map(Input::path)).check(&output)?;
     let page = request.make(&Notes)?;
-    output::write_atomically::<io::Error>(&output, |out| out.write_all(&page))
-        .with_context(|| format!("cannot write {}", output.display()))?;
-
-    outcome::wrote(&output);
+    files::write(&output, &page)?;
     if !args.no_open {
         if !can_open() {
             note("no display to open the page on; open it in a browser");

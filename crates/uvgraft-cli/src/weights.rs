@@ -15,6 +15,7 @@ use uvgraft_selfie::face_networks::import::{self as face_import, Imported};
 use uvgraft_selfie::face_networks::{self, FaceNetworksError};
 
 use crate::failure::{OrBadInput, bad_input};
+use crate::files::{OrCannotWrite, create_folder};
 use crate::{outcome, terminal};
 
 /// Manage the networks of LPIPS and those that find faces
@@ -103,16 +104,14 @@ fn import(files: &[PathBuf]) -> anyhow::Result<()> {
         let output = face_networks_path()?;
         let networks = merged(&output, face, iris)?;
         prepare(&output, files)?;
-        face_networks::write(&networks, &output)
-            .with_context(|| format!("cannot write {}", output.display()))?;
+        face_networks::write(&networks, &output).or_cannot_write(&output)?;
         face_models()?.with_context(|| format!("{} has disappeared", output.display()))?;
         outcome::wrote(&output);
     }
     if let Some(both) = lpips {
         let output = lpips_path()?;
         prepare(&output, files)?;
-        lpips_weights::write(&both, &output)
-            .with_context(|| format!("cannot write {}", output.display()))?;
+        lpips_weights::write(&both, &output).or_cannot_write(&output)?;
         for network in LpipsNetwork::ALL {
             self::lpips(network)?
                 .with_context(|| format!("{} has disappeared", output.display()))?;
@@ -152,9 +151,7 @@ fn merged(
 /// Makes the folder of an output and checks that it replaces none of the inputs.
 fn prepare(output: &Path, inputs: &[PathBuf]) -> anyhow::Result<()> {
     if let Some(folder) = output.parent() {
-        std::fs::create_dir_all(folder)
-            .with_context(|| format!("cannot create the folder {}", folder.display()))
-            .or_bad_input()?;
+        create_folder(folder)?;
     }
     Outputs::new(inputs.iter().map(PathBuf::as_path)).check(output)?;
     Ok(())

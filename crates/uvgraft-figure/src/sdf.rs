@@ -43,33 +43,30 @@ pub(crate) fn leave(
     direction: Vec3,
     reach: f32,
 ) -> Vec3 {
-    march(|p| -distance(p), origin, direction, reach)
+    meet(|p| -distance(p), origin, direction, reach)
 }
 
 /// The first point where a ray from outside meets the solid, at most `reach` away.
+///
+/// Sphere tracing (Hart 1996): steps as long as the distance to the nearest surface
+/// cannot cross it.
 pub(crate) fn meet(
     distance: impl Fn(Vec3) -> f32,
     origin: Vec3,
     direction: Vec3,
     reach: f32,
 ) -> Vec3 {
-    march(distance, origin, direction, reach)
-}
-
-/// Sphere tracing (Hart 1996): steps as long as the distance to the nearest surface
-/// cannot cross it.
-fn march(clearance: impl Fn(Vec3) -> f32, origin: Vec3, direction: Vec3, reach: f32) -> Vec3 {
     // Blends and ellipsoids overestimate the distance slightly, so steps are shortened; the last
     // one is refined by bisection.
     const CAREFUL: f32 = 0.8;
     const SHORTEST: f32 = 0.03;
     let (mut free, mut travelled) = (0.0, 0.0);
     while travelled < reach {
-        let step = clearance(origin + direction * travelled);
+        let step = distance(origin + direction * travelled);
         if step <= 0.0 {
             for _ in 0..10 {
                 let middle = 0.5 * (free + travelled);
-                if clearance(origin + direction * middle) > 0.0 {
+                if distance(origin + direction * middle) > 0.0 {
                     free = middle;
                 } else {
                     travelled = middle;

@@ -158,10 +158,7 @@ fn from_npy(bytes: &[u8]) -> Result<CorrespondenceFile, CorrespondenceError> {
         Ok(Content::Pickle(bytes)) => from_pickle(bytes),
         Ok(Content::Held(Held::Array(array))) => from_array(&array),
         Ok(Content::Held(_)) => Err(form("", "hold numbers", "a string")),
-        Err(Unread::Refused(error)) => Err(error.into()),
-        Err(Unread::Unusable(problem) | Unread::Broken(problem)) => {
-            Err(ArraysError::array("", problem).into())
-        }
+        Err(unread) => Err(unread.into_error("").into()),
     }
 }
 

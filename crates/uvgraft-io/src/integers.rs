@@ -3,7 +3,7 @@
 mod npy;
 mod text;
 
-use crate::numpy::NpyArray;
+use crate::numpy::{HeaderError, NpyArray};
 
 /// Why bytes were rejected as a list of integers. Lines and entries count from 1.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
@@ -45,30 +45,9 @@ pub enum IntegersError {
         /// Which line.
         line: usize,
     },
-    /// An unknown version of the NPY format.
-    #[error("NPY format version must be 1.0, 2.0 or 3.0, got {major}.{minor}")]
-    NpyVersion {
-        /// Major version.
-        major: u8,
-        /// Minor version.
-        minor: u8,
-    },
-    /// The file ends within its NPY header.
-    #[error("truncated NPY file: header must have {wanted} bytes, got {found}")]
-    NpyCutShort {
-        /// Size of the header, including what precedes it.
-        wanted: u64,
-        /// Bytes in the file.
-        found: usize,
-    },
-    /// The header is not a Python dictionary of the three entries that describe an array.
-    #[error("NPY header: must have {wanted}, got `{found}`")]
-    NpyHeader {
-        /// The malformed part, shortened.
-        found: String,
-        /// What it must be.
-        wanted: &'static str,
-    },
+    /// The header of an NPY array is damaged, or of an unknown version.
+    #[error(transparent)]
+    NpyHeader(#[from] HeaderError),
     /// The array does not hold integers.
     #[error(
         "NPY array must have dtype {wanted}, got {found}; if it holds vertex indices, convert it \

@@ -8,9 +8,11 @@
 mod tensor;
 mod write;
 
+use std::io::{Read, Seek};
+
 use self::tensor::Storages;
 pub use self::write::{save_pth, write_pth};
-use crate::arrays::archive::ArchiveInMemory;
+use crate::arrays::archive::{Archive, ArchiveInMemory};
 use crate::arrays::collect::Collector;
 use crate::arrays::error::{ArraysError, MAX_FILE_BYTES, MAX_UNPACKED_BYTES, foreign_file};
 use crate::arrays::named::NamedArrays;
@@ -60,7 +62,7 @@ pub fn read(input: impl Into<Input>) -> Result<NamedArrays, ReadError<ArraysErro
 }
 
 /// The entry of an archive that is the pickle, if any.
-pub(crate) fn pickle_of(archive: &ArchiveInMemory<'_>) -> Option<usize> {
+pub(crate) fn pickle_of<R: Read + Seek>(archive: &Archive<R>) -> Option<usize> {
     let is_pickle = |name: &String| name == "data.pkl" || name.ends_with("/data.pkl");
     archive.names().iter().position(is_pickle)
 }

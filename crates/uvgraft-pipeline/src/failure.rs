@@ -122,6 +122,21 @@ impl<T, E: Error> Blame<T> for std::result::Result<T, E> {
     }
 }
 
+/// Adds to a failure what was attempted.
+pub trait Context<T> {
+    /// Prepends what was attempted to the message: see [`Failure::context`].
+    ///
+    /// # Errors
+    /// The failure, if it is one.
+    fn context(self, what: impl Display) -> Result<T>;
+}
+
+impl<T> Context<T> for Result<T> {
+    fn context(self, what: impl Display) -> Result<T> {
+        self.map_err(|failure| failure.context(what))
+    }
+}
+
 /// A message with the names of options that it has in backticks spelled in another way, for a door
 /// to which they are known by other names.
 ///

@@ -37,18 +37,18 @@ type Ended<T> = std::result::Result<T, Box<dyn Any + Send>>;
 fn on_own_threads<T: Send>(threads: usize, call: impl FnOnce() -> T + Send) -> Result<Ended<T>> {
     use std::thread;
 
-    use crate::failure::Blame;
+    use crate::failure::{Blame, Context};
 
-    let cannot_start = |failure: Failure| failure.context("cannot start threads");
+    let what = "cannot start threads";
     let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build();
-    let pool = pool.or_work().map_err(cannot_start)?;
+    let pool = pool.or_work().context(what)?;
     // From a thread outside all pools: one of the caller's would take up further calls while it
     // waits here, each with its texture in memory.
     let ended = thread::scope(|scope| {
         let waiting = thread::Builder::new().spawn_scoped(scope, || pool.install(call));
         waiting.map(thread::ScopedJoinHandle::join)
     });
-    ended.or_work().map_err(cannot_start)
+    ended.or_work().context(what)
 }
 
 #[cfg(not(feature = "threads"))]

@@ -23,7 +23,7 @@ use std::sync::{PoisonError, RwLock};
 
 use serde::{Deserialize, Serialize};
 
-use crate::failure::{Blame, Failure, Result};
+use crate::failure::{Blame, Context, Failure, Result};
 use crate::fingerprint::file_digest;
 use crate::shard::Shard;
 
@@ -80,9 +80,8 @@ impl Manifest {
         let mut records = HashMap::new();
         let mut is_cut = false;
         for (index, file) in (0..).zip(files(folder)) {
-            let found = read(&file, index, shard, &mut records).or_input().map_err(|failure| {
-                failure.context(format_args!("cannot read the manifest {}", file.display()))
-            })?;
+            let what = format_args!("cannot read the manifest {}", file.display());
+            let found = read(&file, index, shard, &mut records).or_input().context(what)?;
             is_cut |= found == End::Cut && file == path;
         }
         let (records, is_cut) = (RwLock::new(records), AtomicBool::new(is_cut));
@@ -131,9 +130,8 @@ impl Manifest {
     /// As bad input if the output is not in the folder or the fingerprint is not one; as a failure
     /// of the work if the output cannot be read or the manifest not be written.
     pub fn record(&self, output: &Path, fingerprint: &str) -> Result<()> {
-        self.try_record(output, fingerprint).map_err(|failure| {
-            failure.context(format_args!("cannot record {} in the manifest", output.display()))
-        })
+        let what = format_args!("cannot record {} in the manifest", output.display());
+        self.try_record(output, fingerprint).context(what)
     }
 
     fn try_record(&self, output: &Path, fingerprint: &str) -> Result<()> {

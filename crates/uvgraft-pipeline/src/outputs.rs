@@ -7,7 +7,7 @@ use std::path::{Path, PathBuf};
 
 use uvgraft_files::output::{self, folder_of};
 
-use crate::failure::{Failure, Result};
+use crate::failure::{Context, Failure, Result};
 
 /// Output paths checked to be writable, distinct, and different from all inputs.
 pub struct Outputs {
@@ -60,8 +60,7 @@ impl Outputs {
             {
                 existing = folder_of(existing);
             }
-            can_write_into(existing)
-                .map_err(|failure| failure.context(format_args!("cannot write {name}")))?;
+            can_write_into(existing).context(format_args!("cannot write {name}"))?;
             self.writable.insert(folder.to_path_buf());
         }
         self.accepted.insert(resolved);
@@ -110,9 +109,8 @@ fn is_immutable(file: &Path) -> bool {
 
 /// Checks that a folder can be created.
 pub(crate) fn check_new_folder(folder: &Path) -> Result<()> {
-    can_write_into(folder_of(folder)).map_err(|failure| {
-        failure.context(format_args!("cannot create the folder {}", folder.display()))
-    })
+    let what = format_args!("cannot create the folder {}", folder.display());
+    can_write_into(folder_of(folder)).context(what)
 }
 
 fn can_write_into(folder: &Path) -> Result<()> {

@@ -7,7 +7,7 @@ use uvgraft_files::input::Input;
 use uvgraft_image::Format;
 
 use crate::base_source::BaseSource;
-use crate::failure::{Blame, Failure, Result};
+use crate::failure::{Blame, Context, Failure, Result};
 use crate::manifest::name_within;
 use crate::material::Values;
 use crate::texture_list::{Listed, TextureList};
@@ -46,9 +46,8 @@ impl TransferPlan {
         let missing = |folder: &&Path| !folder.as_os_str().is_empty() && !folder.is_dir();
         let missing = folders.into_iter().filter(missing);
         for folder in new.iter().map(PathBuf::as_path).chain(missing) {
-            std::fs::create_dir_all(folder).or_input().map_err(|failure| {
-                failure.context(format_args!("cannot create the folder {}", folder.display()))
-            })?;
+            let what = format_args!("cannot create the folder {}", folder.display());
+            std::fs::create_dir_all(folder).or_input().context(what)?;
         }
         Ok(())
     }
@@ -117,10 +116,7 @@ impl TextureJobs {
         for source in sources.iter().filter_map(Input::path) {
             // A path without an image extension usually means a missing folder.
             if Format::from_path(source).is_none() {
-                source
-                    .metadata()
-                    .or_input()
-                    .map_err(|failure| failure.context(source.display()))?;
+                source.metadata().or_input().context(source.display())?;
             }
         }
         if let [source] = sources
@@ -271,9 +267,8 @@ fn check_distinct(jobs: &[Job]) -> Result<()> {
 /// As bad input if the folder cannot be read or has no images.
 pub fn images_in(folder: &Path) -> Result<Vec<PathBuf>> {
     let entries = folder.read_dir().and_then(Iterator::collect::<std::result::Result<Vec<_>, _>>);
-    let entries = entries.or_input().map_err(|failure| {
-        failure.context(format_args!("cannot read the folder {}", folder.display()))
-    })?;
+    let what = format_args!("cannot read the folder {}", folder.display());
+    let entries = entries.or_input().context(what)?;
     let mut images: Vec<PathBuf> = entries
         .into_iter()
         .map(|entry| entry.path())

@@ -12,7 +12,7 @@ use uvgraft_image::Format;
 use crate::base::Base;
 use crate::base_source::BaseSource;
 use crate::blending::KnownTexels;
-use crate::failure::{Blame, Failure, Result};
+use crate::failure::{Blame, Context, Failure, Result};
 use crate::fingerprint::Fingerprint;
 use crate::isolated::Isolated;
 use crate::layout_checks::LayoutChecks;
@@ -212,7 +212,7 @@ impl PreparedTransfer {
     /// As bad input if it cannot be read or is not a regular file.
     pub fn fingerprint_of_file(&self, source: &Path) -> Result<String> {
         let fingerprint = self.fingerprint.with_file(source);
-        fingerprint.or_input().map_err(|failure| failure.context(source.display()))
+        fingerprint.or_input().context(source.display())
     }
 
     fn check_output(&self, source: &Path, output: &Path) -> Result<()> {
@@ -242,8 +242,7 @@ impl PreparedTransfer {
     ) -> Result<(Vec<u8>, TransferredTexture)> {
         let call = Call { source, target, alone: false, analysis: None, observer: &() };
         let outcome = self.calls.run(|| self.shared.transfer(&call));
-        let Outcome { result, log } =
-            outcome.map_err(|failure| failure.context(source.name().display()))?;
+        let Outcome { result, log } = outcome.context(source.name().display())?;
         let Done { boundary_delta_e, bytes, image, .. } = result?;
         let (size, warnings, notes) = (self.size(), log.warnings, log.notes);
         Ok((image, TransferredTexture { boundary_delta_e, bytes, size, warnings, notes }))

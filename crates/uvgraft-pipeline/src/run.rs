@@ -12,7 +12,7 @@ use crate::base::{Base, BaseOptions};
 use crate::base_source::BaseSource;
 use crate::batch;
 use crate::blending::{Blending, KnownTexels};
-use crate::failure::{Blame, Failure, Result};
+use crate::failure::{Blame, Context, Failure, Result};
 use crate::fingerprint::Seen;
 use crate::layout_checks::LayoutChecks;
 use crate::link::Link;
@@ -464,9 +464,8 @@ fn check_formats(batch: &Batch, target: Size) -> Result<()> {
     for job in &batch.jobs {
         let format = format_of(&job.output)?;
         if checked.replace(format) != Some(format) {
-            image::check_size(format, target).or_input().map_err(|failure| {
-                failure.context(format_args!("cannot write {}", job.output.display()))
-            })?;
+            let what = format_args!("cannot write {}", job.output.display());
+            image::check_size(format, target).or_input().context(what)?;
         }
     }
     Ok(())

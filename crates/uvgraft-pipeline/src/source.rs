@@ -6,7 +6,7 @@ use uvgraft::Texture;
 use uvgraft_files::input::Input;
 use uvgraft_image::{BandDecoder, BandReader, DeclaredSpace, TextureSpec};
 
-use crate::failure::{Blame, Failure, Result};
+use crate::failure::{Blame, Context, Failure, Result};
 
 /// An encoded texture.
 #[derive(Debug, Clone, Copy)]
@@ -50,7 +50,8 @@ impl<'a> Source<'a> {
         match *self {
             Self::File(path) => BandReader::with(path, space).or_input().map(OpenSource::File),
             Self::Bytes { name, bytes } => {
-                let decoder = BandDecoder::with(bytes, space).or_input().map_err(named(name))?;
+                let decoder = BandDecoder::with(bytes, space).or_input();
+                let decoder = decoder.context(name.display())?;
                 Ok(OpenSource::Bytes { name, decoder })
             }
         }
@@ -83,15 +84,11 @@ impl OpenSource<'_> {
                 Ok((texture, damage.map(|(row, error)| (row, Failure::input(error)))))
             }
             Self::Bytes { name, decoder } => {
-                let (texture, damage) =
-                    decoder.read_while(is_wanted).or_input().map_err(named(name))?;
-                let input = |error| named(name)(Failure::input(error));
+                let name = name.display();
+                let (texture, damage) = decoder.read_while(is_wanted).or_input().context(&name)?;
+                let input = |error| Failure::input(error).context(&name);
                 Ok((texture, damage.map(|(row, error)| (row, input(error)))))
             }
         }
     }
-}
-
-fn named(name: &Path) -> impl Fn(Failure) -> Failure {
-    move |failure| failure.context(name.display())
 }

@@ -4,9 +4,9 @@ use std::any::Any;
 use std::sync::mpsc::sync_channel;
 use std::thread::{Builder, Scope, ScopedJoinHandle};
 
-#[cfg(feature = "threads")]
-use crate::failure::Blame;
 use crate::failure::Failure;
+#[cfg(feature = "threads")]
+use crate::failure::{Blame, Context};
 
 /// Starts a thread that works on `state`; returns the state if there are no more threads, for the
 /// caller to work on it itself.
@@ -45,10 +45,7 @@ pub(crate) fn start<'scope, T: Send + 'scope>(
 pub(crate) fn pool(threads: usize) -> Result<rayon::ThreadPool, Failure> {
     let pool =
         |threads| rayon::ThreadPoolBuilder::new().num_threads(threads).use_current_thread().build();
-    pool(threads)
-        .or_else(|_| pool(1))
-        .or_work()
-        .map_err(|failure| failure.context("cannot start threads"))
+    pool(threads).or_else(|_| pool(1)).or_work().context("cannot start threads")
 }
 
 /// The calling thread alone.

@@ -12,7 +12,7 @@ use uvgraft_image::{EncodeError, Format, TextureSpec, WriteError, Written};
 
 use crate::base::Bands;
 use crate::blending;
-use crate::failure::{Blame, Failure, Result};
+use crate::failure::{Blame, Context, Failure, Result};
 use crate::non_finite::without_non_finite;
 use crate::observer::{Event, Observer};
 use crate::segmented::Segmented;
@@ -21,6 +21,7 @@ use crate::source::{OpenSource, Source};
 use crate::spawn::spawn_with;
 use crate::stream::{self, Ahead};
 use crate::target::{Encoded, Target};
+use crate::toning::{toned, toning};
 
 /// A texture to transfer.
 pub(crate) struct Call<'a> {
@@ -140,9 +141,7 @@ impl Shared {
         call.observer.check()?;
         let source = call.source.open(self.options.values.space())?;
         let size = source.spec().size;
-        self.mask_sizes
-            .check_texture(size)
-            .map_err(|failure| failure.context(call.source.name().display()))?;
+        self.mask_sizes.check_texture(size).context(call.source.name().display())?;
         let formats = self.formats(call, &source, log)?;
         let bands = self.base.bands(formats.base)?;
         let mut base_probe = None;
@@ -291,16 +290,10 @@ impl Shared {
         let texture = self.known.complete(texture, values, name)?;
         log.notes.extend(unused_fill);
         let toning = self.toning(graft, &texture, formats.base, name, log)?;
-        let (mut overlay, fit) = self.overlay(call, graft, texture, formats.base)?;
-        if let Some(toning) = &toning {
-            overlay = if values.is_toned() {
-                overlay.with_tone(toning).or_work()?
-            } else {
-                overlay.with_exclusion(toning).or_work()?
-            };
-            if let Some(analysis) = call.analysis {
-                analysis.store(toning, &overlay);
-            }
+        let (overlay, fit) = self.overlay(call, graft, texture, formats.base)?;
+        let mut overlay = toned(overlay, toning.as_ref(), values.is_toned()).or_work()?;
+        if let (Some(toning), Some(analysis)) = (&toning, call.analysis) {
+            analysis.store(toning, &overlay);
         }
         if (self.known.adds_alpha() || lacks_texels) && !formats.channels.has_alpha() {
             overlay = overlay.opaque();
@@ -319,30 +312,11 @@ impl Shared {
         path: &Path,
         log: &mut Log,
     ) -> Result<Option<ToneCorrection>> {
-        let Some(blend) = graft.blend().filter(|blend| blend.options().needs_labels()) else {
-            return Ok(None);
-        };
-        if !self.options.values.is_toned() {
-            // Other maps take labels from the albedo, if it has any.
-            return Ok(if blend.has_labels() { graft.exclusion(texture) } else { None });
-        }
-        let toning = if blend.options().needs_colors() {
-            let colors = self.base.colors()?;
-            graft.toning(texture, &colors, base).unwrap_or_else(|why| {
-                let warning = format!("{}: {why}; colours left unchanged", path.display());
-                log.warnings.push(warning);
-                graft.exclusion(texture)
-            })
-        } else {
-            graft.exclusion(texture)
-        };
-        if let Some(toning) = &toning {
-            let name = path.display();
-            log.notes
-                .extend(blending::exclusion_note(toning).map(|note| format!("{name}: {note}")));
-            let warnings = toning.report().warnings().into_iter();
-            log.warnings.extend(warnings.map(|warning| format!("{name}: {warning}")));
-        }
+        let (name, is_toned) = (path.display(), self.options.values.is_toned());
+        let (toning, warnings) = toning(graft, texture, is_toned, base, || self.base.colors())?;
+        log.warnings.extend(warnings.into_iter().map(|warning| format!("{name}: {warning}")));
+        let note = toning.as_ref().filter(|_| is_toned).and_then(blending::exclusion_note);
+        log.notes.extend(note.map(|note| format!("{name}: {note}")));
         Ok(toning)
     }
 
@@ -364,7 +338,7 @@ impl Shared {
                 fitted.map(|fitted| (fitted.overlay, Some(fitted.summary)))
             }
         };
-        overlay.or_input().map_err(|failure| failure.context(source.display()))
+        overlay.or_input().context(source.display())
     }
 }
 

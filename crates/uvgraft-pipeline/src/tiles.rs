@@ -18,7 +18,7 @@ use uvgraft_files::output::{AtomicFile, TemporaryFolder};
 use uvgraft_io::pair_file::{self, PairFile};
 
 use crate::base_source::BaseSource;
-use crate::failure::{Blame, Failure, Result};
+use crate::failure::{Blame, Context, Failure, Result};
 use crate::material::{Role, Values};
 use crate::observer::Observer;
 use crate::outputs::Outputs;
@@ -123,9 +123,8 @@ impl Transfer {
             }
             done.written = written.iter().filter(|(_, is_texture)| *is_texture).count();
             if let Some(new) = &plan.new_folder {
-                std::fs::create_dir(new).or_input().map_err(|failure| {
-                    failure.context(format_args!("cannot create the folder {}", new.display()))
-                })?;
+                let what = format_args!("cannot create the folder {}", new.display());
+                std::fs::create_dir(new).or_input().context(what)?;
             }
             move_all(written.into_iter().map(|(moved, _)| moved).collect())?;
         }
@@ -172,7 +171,7 @@ impl Transfer {
                     let mut patterns: BTreeMap<PathBuf, BTreeSet<&Path>> = BTreeMap::new();
                     for path in sources.iter().map(Input::name) {
                         // A missing file is an error, other than a missing image of a pattern.
-                        path.metadata().or_input().map_err(|it| it.context(path.display()))?;
+                        path.metadata().or_input().context(path.display())?;
                         patterns.entry(as_pattern(path)).or_default().insert(path);
                     }
                     for (pattern, given) in &patterns {
@@ -338,19 +337,16 @@ pub(crate) fn has_placeholder(path: &Path) -> bool {
 fn move_all(files: Vec<(PathBuf, PathBuf)>) -> Result<()> {
     let mut copies = Vec::with_capacity(files.len());
     for (temporary, output) in files {
-        let failed =
-            |failure: Failure| failure.context(format_args!("cannot write {}", output.display()));
         let copied = || -> std::io::Result<AtomicFile> {
             let mut copy = AtomicFile::create(&output)?;
             std::io::copy(&mut std::fs::File::open(&temporary)?, &mut copy)?;
             Ok(copy)
         };
-        copies.push((copied().or_work().map_err(failed)?, output));
+        let what = format!("cannot write {}", output.display());
+        copies.push((copied().or_work().context(&what)?, what));
     }
-    for (copy, output) in copies {
-        let failed =
-            |failure: Failure| failure.context(format_args!("cannot write {}", output.display()));
-        copy.commit().or_work().map_err(failed)?;
+    for (copy, what) in copies {
+        copy.commit().or_work().context(what)?;
     }
     Ok(())
 }

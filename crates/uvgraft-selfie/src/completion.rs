@@ -69,12 +69,10 @@ impl<'a> Completion<'a> {
             let corners = self.head.mesh.faces()[place.face as usize];
             let of = |tones: &[[f64; 3]]| self.tone(tones, &place);
             let tone = of(&tones);
-            let share: f32 =
-                (0..3).map(|c| place.weights[c] as f32 * on_scalp[corners[c] as usize]).sum();
-            let mouth: f32 =
-                (0..3).map(|c| place.weights[c] as f32 * in_mouth[corners[c] as usize]).sum();
-            let lip: f32 =
-                (0..3).map(|c| place.weights[c] as f32 * on_lips[corners[c] as usize]).sum();
+            let within = |area: &[f32]| -> f32 {
+                (0..3).map(|c| place.weights[c] as f32 * area[corners[c] as usize]).sum()
+            };
+            let [share, mouth, lip] = [on_scalp, in_mouth, on_lips].map(within);
             // From the least certain to the most: tone, lips, mouth, hair, the mirror image,
             // photographs.
             let mut filled = match &lips {

@@ -11,7 +11,8 @@ use uvgraft_gltf::preset::Preset;
 use uvgraft_image as image;
 use uvgraft_io::pair_file::PairFile;
 use uvgraft_pipeline::{
-    BaseSource, Blame, Failure, KnownTexels, Observer, Region, Result, Unit, Values, exclusion_note,
+    BaseSource, Blame, Failure, KnownTexels, Observer, Region, Result, Unit, Values,
+    exclusion_note, toned,
 };
 
 use super::face::Face;
@@ -115,10 +116,8 @@ pub(super) fn transfer_face<'a>(
     let has_own = textures.layout == TextureLayout::HeadBody;
     let head = has_own.then(|| HeadLayout::new(request, file, &blend, shown, toning.as_ref()));
     let head = head.transpose()?;
-    let mut overlay = graft.overlay(&face, base.format()).or_work()?.opaque();
-    if let Some(toning) = &toning {
-        overlay = overlay.with_tone(toning).or_work()?;
-    }
+    let overlay = graft.overlay(&face, base.format()).or_work()?.opaque();
+    let overlay = toned(overlay, toning.as_ref(), true).or_work()?;
     let body = srgb(overlay.lay(0, base).or_work()?);
     let map_transfer = MapTransfer {
         pair: Arc::clone(&file.pair),

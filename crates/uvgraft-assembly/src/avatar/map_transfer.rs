@@ -6,7 +6,7 @@ use uvgraft::{
     Averaging, Blend, Content, Direction, Filter, Graft, NormalOptions, NormalY, Pair, Prefer,
     Size, Sizes, Texture, ToneCorrection,
 };
-use uvgraft_pipeline::{Blame, Observer, Result};
+use uvgraft_pipeline::{Blame, Observer, Result, toned};
 
 use super::layout::HeadLayout;
 
@@ -50,10 +50,8 @@ impl MapTransfer<'_> {
         let sizes = Sizes { from: face.size(), to: base.size() };
         let graft = self.graft(&self.pair, sizes, content, Direction::Forward);
         let graft = graft.shared_blend(Arc::clone(&self.blend)).build().or_work()?;
-        let mut overlay = graft.overlay(&face, base.format()).or_work()?.opaque();
-        if let Some(toning) = &self.toning {
-            overlay = overlay.with_exclusion(toning).or_work()?;
-        }
+        let overlay = graft.overlay(&face, base.format()).or_work()?.opaque();
+        let overlay = toned(overlay, self.toning.as_ref(), false).or_work()?;
         let base = if content == Content::Color { base } else { as_data(base) };
         let body = overlay.lay(0, base).or_work()?;
         let head = self.head.as_ref();
@@ -94,14 +92,8 @@ impl MapTransfer<'_> {
         let sizes = Sizes { from: size, to: size };
         let graft = self.graft(head.pair(), sizes, content, Direction::Forward);
         let graft = graft.shared_blend(Arc::clone(head.blend())).build().or_work()?;
-        let mut overlay = graft.overlay(face, beneath.format()).or_work()?.opaque();
-        if let Some(toning) = head.toning() {
-            overlay = if is_toned {
-                overlay.with_tone(toning).or_work()?
-            } else {
-                overlay.with_exclusion(toning).or_work()?
-            };
-        }
+        let overlay = graft.overlay(face, beneath.format()).or_work()?.opaque();
+        let overlay = toned(overlay, head.toning(), is_toned).or_work()?;
         overlay.lay(0, beneath).or_work()
     }
 

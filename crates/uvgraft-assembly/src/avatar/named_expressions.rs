@@ -6,7 +6,7 @@ use uvgraft_avatar::face::add_named;
 use uvgraft_avatar::face::transfer::transfer_between;
 use uvgraft_files::input::Input;
 use uvgraft_io::model_mesh;
-use uvgraft_pipeline::{Blame, Failure, Observer, Result};
+use uvgraft_pipeline::{Blame, Context, Failure, Observer, Result};
 
 use super::body::RiggedBody;
 
@@ -26,8 +26,7 @@ pub(super) fn add(file: &Input, body: &mut RiggedBody, observer: &dyn Observer) 
         )));
     }
     let mesh = model_mesh::read(file).or_input()?;
-    let mesh = mesh.with_positions(shaped.positions().to_vec()).or_work();
-    let mesh = mesh.map_err(|failure| failure.context(file))?;
+    let mesh = mesh.with_positions(shaped.positions().to_vec()).or_work().context(file)?;
     observer.check()?;
     let transferred = transfer_between(&mesh, &morphs, &body.avatar.mesh)
         .map_err(|error| Failure::input(format!("{file}: {error}")))?;

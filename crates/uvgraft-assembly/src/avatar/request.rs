@@ -151,7 +151,7 @@ choices!(TextureLayout {
 });
 
 /// Maps other than colours, and shading.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, Default, PartialEq)]
 pub struct MaterialOptions {
     /// Maps of the face, in the head's layout.
     pub maps: Vec<(MapRole, Input)>,
@@ -161,13 +161,6 @@ pub struct MaterialOptions {
     pub normal_y: NormalY,
     /// Shading model.
     pub look: ShadingModel,
-}
-
-impl Default for MaterialOptions {
-    fn default() -> Self {
-        let (maps, base_maps) = (Vec::new(), Vec::new());
-        Self { maps, base_maps, normal_y: NormalY::OpenGl, look: ShadingModel::Pbr }
-    }
 }
 
 /// The interior of the mouth.
@@ -201,7 +194,7 @@ choices!(EyeStyle {
 });
 
 /// Coarser levels of detail, each with about half the triangles of the one before.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
 pub struct LevelOptions {
     /// Number of levels besides the finest.
     pub count: u8,
@@ -209,16 +202,11 @@ pub struct LevelOptions {
     pub storage: LevelStorage,
 }
 
-impl Default for LevelOptions {
-    fn default() -> Self {
-        Self { count: 0, storage: LevelStorage::Files }
-    }
-}
-
 /// Where levels of detail are.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Hash)]
 pub enum LevelStorage {
     /// In files of their own.
+    #[default]
     Files,
     /// In the avatar's file.
     Msft,

@@ -4,7 +4,7 @@ use std::path::Path;
 
 use uvgraft::{Channels, Encoding, Size, Texels, Texture};
 use uvgraft_image::{self as image, Format, Image};
-use uvgraft_pipeline::{Blame, Failure, Result};
+use uvgraft_pipeline::{Blame, Context, Failure, Result};
 
 use super::canvas::Canvas;
 use super::font::FontSize;
@@ -152,5 +152,5 @@ pub fn write(picture: Texture, path: &Path) -> Result<()> {
     image::write(&Image::from(picture), path, &options)
         .map(drop)
         .or_work()
-        .map_err(|failure| failure.context(format_args!("cannot write {}", path.display())))
+        .context(format_args!("cannot write {}", path.display()))
 }

@@ -7,7 +7,7 @@ use uvgraft::correspond::table::{TableLinkError, TableReport, link as link_by_ta
 use uvgraft::pair::OtherLayouts;
 use uvgraft::{Mesh, Pair};
 use uvgraft_io::correspondence_table::{self, FoundTable, vertex_tables};
-use uvgraft_pipeline::{Blame, Failure, Result};
+use uvgraft_pipeline::{Blame, Context, Result};
 
 /// A pair by a table, and how far the table went.
 #[derive(Debug)]
@@ -33,9 +33,8 @@ pub fn link(
     target: &Mesh,
     options: &SurfaceOptions,
 ) -> Result<TableLinks> {
-    let named = |failure: Failure| failure.context(path.display());
     let file = correspondence_table::read(path).or_input()?;
-    let tables = vertex_tables(&file, source, target).or_input().map_err(named)?;
+    let tables = vertex_tables(&file, source, target).or_input().context(path.display())?;
     let mut best: Option<TableLinks> = None;
     let mut refused: Option<TableLinkError> = None;
     for FoundTable { rows, table, unusable } in tables {
@@ -51,5 +50,5 @@ pub fn link(
             Err(error) => refused = refused.or(Some(error)),
         }
     }
-    best.ok_or(refused.unwrap_or(TableLinkError::Nothing)).or_input().map_err(named)
+    best.ok_or(refused.unwrap_or(TableLinkError::Nothing)).or_input().context(path.display())
 }

@@ -2,7 +2,7 @@
 
 use uvgraft::{Size, choices};
 use uvgraft_gltf::scene::{PoseRequest, PosedPrimitive, Scene};
-use uvgraft_pipeline::{Blame, Result};
+use uvgraft_pipeline::{Blame, Context, Result};
 use uvgraft_render::{Bounds, Perspective};
 
 /// The framing of the model.
@@ -77,10 +77,7 @@ impl Cameras {
                 Bounds::of(points).unwrap_or_else(|| beside(around.joint, &body))
             }
             Aim::Shot(Shot::Head) => {
-                let bone = |name| {
-                    let found = scene.bone(name, posing).or_input();
-                    found.map_err(|failure| failure.context("the head"))
-                };
+                let bone = |name| scene.bone(name, posing).or_input().context("the head");
                 // FLAME's head rotates about its neck.
                 let joint = bone("head")?.map_or_else(|| bone("neck"), |joint| Ok(Some(joint)))?;
                 Bounds::of(points().filter(|p| is_head(*p, joint, &body))).unwrap_or(body)

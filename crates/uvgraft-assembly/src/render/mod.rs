@@ -11,8 +11,8 @@ use uvgraft::listing::listed;
 use uvgraft::{Size, Texture};
 use uvgraft_avatar::motion::UpAxis;
 use uvgraft_files::input::Input;
-use uvgraft_gltf::scene::{NamedPose, PoseRequest, PosedPrimitive, Scene};
-use uvgraft_pipeline::{Blame, Failure, Observer, Result};
+use uvgraft_gltf::scene::{NamedPose, PoseRequest, Scene};
+use uvgraft_pipeline::{Blame, Context, Failure, Observer, Result};
 use uvgraft_render::{Background, Perspective, RenderOptions, Renderer};
 
 use self::camera::Cameras;
@@ -152,12 +152,11 @@ impl RenderRequest {
         if scene.triangles() == 0 {
             return Err(Failure::input(format!("{name}: no triangles to draw")));
         }
-        let named = |failure: Failure| failure.context(name);
-        let frames = self.frames(&scene).map_err(named)?;
+        let frames = self.frames(&scene).context(name)?;
         let mut cameras = Cameras::new(self.aim.clone());
         for Frame { posing, .. } in &frames {
-            let drawn = scene.pose(posing).or_input().map_err(named)?;
-            cameras.look_at(&scene, posing, &drawn).map_err(named)?;
+            let drawn = scene.pose(posing).or_input().context(name)?;
+            cameras.look_at(&scene, posing, &drawn).context(name)?;
         }
         let angles: Vec<f32> = frames.iter().map(|frame| frame.azimuth).collect();
         let views = cameras.views(&angles, self.elevation, self.fov, self.size, self.zoom);
@@ -171,7 +170,7 @@ impl RenderRequest {
         let options = RenderOptions { lit: !self.unlit, background, floor, ..Default::default() };
         let renderers = match textures.is_empty() {
             true => vec![Renderer::for_scene(&scene)],
-            false => retextured(&scene, &textures).map_err(named)?,
+            false => retextured(&scene, &textures).context(name)?,
         };
         let (name, size) = (name.to_string(), self.size);
         Ok(Rendering { name, scene, renderers, frames, views, options, size })
@@ -306,9 +305,7 @@ impl Rendering {
     /// Draws frames: 8-bit sRGB, with opacity if the background is transparent.
     pub fn pictures(&self) -> impl Iterator<Item = Result<Texture>> {
         self.frames.iter().zip(&self.views).map(|(frame, view)| {
-            let drawn = self.scene.pose(&frame.posing).or_work();
-            let drawn: Vec<PosedPrimitive> =
-                drawn.map_err(|failure| failure.context(&self.name))?;
+            let drawn = self.scene.pose(&frame.posing).or_work().context(&self.name)?;
             let renderers = self.renderers.iter();
             let panels = renderers.map(|it| it.render(&drawn, view, &self.options, self.size));
             panels::joined(panels.collect())

@@ -48,7 +48,7 @@ pub enum Head {
 pub(super) const FRAMES: u16 = 9;
 
 /// How photographs are read.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, Default, PartialEq)]
 pub struct PhotoOptions {
     /// The face to use where a photograph shows several, 1 for the largest.
     pub face_number: Option<u16>,
@@ -65,23 +65,11 @@ pub struct PhotoOptions {
     pub networks: Networks,
 }
 
-impl Default for PhotoOptions {
-    fn default() -> Self {
-        Self {
-            face_number: None,
-            focal: None,
-            head_texture: None,
-            relight: Relight::Soft,
-            frames: None,
-            networks: Networks::Imported,
-        }
-    }
-}
-
 /// The networks that find faces, which are not part of uvgraft.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, Default, PartialEq)]
 pub enum Networks {
     /// Those that were imported once, in the user's data folder.
+    #[default]
     Imported,
     /// A file that an import wrote.
     File(Input),

@@ -184,21 +184,34 @@ impl Effects {
         rest: &[[f32; 3]],
         target: &'t Target,
     ) -> Vec<(&'t Target, Vec<f64>)> {
-        let count = self.limits.len();
-        let mut matrix = self.costs.moving(target.zone) + self.costs.asymmetry() * ASYMMETRY;
-        let mut right = DVector::zeros(count);
-        self.conditions(face, rest, target).iter().for_each(|condition| {
-            matrix.ger(condition.weight, &condition.row, &condition.row, 1.0);
-            right.axpy(condition.weight * condition.desired, &condition.row, 1.0);
-        });
-        for at in 0..count {
-            matrix[(at, at)] += COEFFICIENT;
-        }
+        let costs = self.costs.moving(target.zone) + self.costs.asymmetry() * ASYMMETRY;
+        let (matrix, right) = self.system(face, rest, target, costs);
         let bounds = self.bounds(target);
         least(&matrix, &right, &bounds)
             .map(|x| (target, x.iter().copied().collect()))
             .into_iter()
             .collect()
+    }
+
+    /// The matrix and the right-hand side for a target.
+    ///
+    /// - `costs`: of the coefficients, besides their own size.
+    fn system(
+        &self,
+        face: &Face,
+        rest: &[[f32; 3]],
+        target: &Target,
+        costs: DMatrix<f64>,
+    ) -> (DMatrix<f64>, DVector<f64>) {
+        let (mut matrix, mut right) = (costs, DVector::zeros(self.limits.len()));
+        for condition in self.conditions(face, rest, target) {
+            matrix.ger(condition.weight, &condition.row, &condition.row, 1.0);
+            right.axpy(condition.weight * condition.desired, &condition.row, 1.0);
+        }
+        for at in 0..right.len() {
+            matrix[(at, at)] += COEFFICIENT;
+        }
+        (matrix, right)
     }
 
     /// Solves two targets that are mirror images of each other, as one system of twice the size
@@ -214,15 +227,7 @@ impl Effects {
         let mut right = DVector::zeros(2 * count);
         for (side, target) in targets.into_iter().enumerate() {
             let from = side * count;
-            let mut own = self.costs.moving(target.zone);
-            let mut desired = DVector::zeros(count);
-            for condition in self.conditions(face, rest, target) {
-                own.ger(condition.weight, &condition.row, &condition.row, 1.0);
-                desired.axpy(condition.weight * condition.desired, &condition.row, 1.0);
-            }
-            for at in 0..count {
-                own[(at, at)] += COEFFICIENT;
-            }
+            let (own, desired) = self.system(face, rest, target, self.costs.moving(target.zone));
             let mut block = matrix.view_mut((from, from), (count, count));
             block += own;
             right.rows_mut(from, count).copy_from(&desired);

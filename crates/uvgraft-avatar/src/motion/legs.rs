@@ -2,7 +2,7 @@
 
 use glam::{Quat, Vec3};
 
-use crate::rig::{HumanBone, Pose, Skeleton};
+use crate::rig::{HumanBone, Pose, Skeleton, posed_joints};
 
 /// The joints of a leg, each the parent of the next.
 #[derive(Debug, Clone, Copy)]
@@ -99,21 +99,10 @@ impl Leg {
 
 /// World rotation and position of every joint, for a pose that has been checked.
 pub(super) fn world(skeleton: &Skeleton, pose: &Pose) -> Vec<(Quat, Vec3)> {
-    let joints = skeleton.joints();
-    let mut world: Vec<(Quat, Vec3)> = Vec::with_capacity(joints.len());
-    for (joint, &rotation) in joints.iter().zip(&pose.rotations) {
-        let rotation = Quat::from_array(rotation);
-        let rest = Vec3::from(joint.position);
-        world.push(match joint.parent {
-            None => (rotation, rest + Vec3::from(pose.translation)),
-            Some(parent) => {
-                let (turned, place) = world[parent];
-                let offset = rest - Vec3::from(joints[parent].position);
-                ((turned * rotation).normalize(), place + turned * offset)
-            }
-        });
-    }
-    world
+    let joints = skeleton.joints().iter().zip(&pose.rotations).map(|(joint, &rotation)| {
+        (joint.parent, joint.position.into(), Quat::from_array(rotation))
+    });
+    posed_joints(joints, pose.translation.into())
 }
 
 #[cfg(test)]

@@ -10,6 +10,7 @@ use uvgraft::statistics::median_color;
 
 use super::Motion;
 use crate::body::JointEntry;
+use crate::rig::posed_joints;
 
 /// The axis of a recording that points up.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -182,22 +183,11 @@ fn spine(joints: &[JointEntry], places: &[Vec3]) -> Option<Vec3> {
 
 /// Joint positions of the family's mean body in a frame, in the axes of the recording.
 fn joint_positions(motion: &Motion, frame: usize) -> Vec<Vec3> {
-    let mut world: Vec<(Quat, Vec3)> = Vec::with_capacity(MEAN_JOINTS.len());
     let entries = motion.joints().iter().zip(MEAN_JOINTS).zip(motion.turns(frame));
-    for ((&(_, parent, _), rest), &turn) in entries {
-        let turn = Quat::from_scaled_axis(turn.into());
-        let rest = Vec3::from(rest);
-        world.push(match parent {
-            None => (turn, rest + Vec3::from(motion.translation(frame))),
-            Some(parent) => {
-                let (turned, place) = world[parent];
-                (
-                    (turned * turn).normalize(),
-                    place + turned * (rest - Vec3::from(MEAN_JOINTS[parent])),
-                )
-            }
-        });
-    }
+    let joints = entries.map(|((&(_, parent, _), rest), &turn)| {
+        (parent, rest.into(), Quat::from_scaled_axis(turn.into()))
+    });
+    let world = posed_joints(joints, motion.translation(frame).into());
     world.into_iter().map(|(_, place)| place).collect()
 }
 

@@ -15,6 +15,7 @@ pub use clip::Clip;
 pub use human::HumanBone;
 pub use morph::{Expression, ExpressionPreset, Morph};
 pub use pose::{Pose, Rigid};
+pub(crate) use skeleton::posed_joints;
 pub use skeleton::{Joint, Skeleton};
 pub use skin::{MAX_INFLUENCES, Pruning, Skin};
 

@@ -84,26 +84,39 @@ impl Skeleton {
     /// See [`Pose::check`].
     pub fn motions(&self, pose: &Pose) -> Result<Vec<Rigid>, RigError> {
         pose.check(self.joints.len())?;
-        // World rotations and positions of the joints, accumulated from the root.
-        let mut world: Vec<(Quat, Vec3)> = Vec::with_capacity(self.joints.len());
-        for (joint, &rotation) in self.joints.iter().zip(&pose.rotations) {
-            let rotation = Quat::from_array(rotation).normalize();
-            let rest = Vec3::from(joint.position);
-            world.push(match joint.parent {
-                None => (rotation, rest + Vec3::from(pose.translation)),
-                Some(parent) => {
-                    let (turned, place) = world[parent];
-                    let offset = rest - Vec3::from(self.joints[parent].position);
-                    ((turned * rotation).normalize(), place + turned * offset)
-                }
-            });
-        }
+        let joints = self.joints.iter().zip(&pose.rotations).map(|(joint, &rotation)| {
+            (joint.parent, joint.position.into(), Quat::from_array(rotation).normalize())
+        });
+        let world = posed_joints(joints, pose.translation.into());
         let motion = |(joint, &(rotation, place)): (&Joint, &(Quat, Vec3))| Rigid {
             rotation: rotation.into(),
             translation: (place - rotation * Vec3::from(joint.position)).into(),
         };
         Ok(self.joints.iter().zip(&world).map(motion).collect())
     }
+}
+
+/// The rotation and the position of joints in the world, accumulated from the root.
+///
+/// - `joints`: each one's parent, position at rest, and rotation.
+/// - `translation`: how far the root is moved.
+pub(crate) fn posed_joints(
+    joints: impl ExactSizeIterator<Item = (Option<usize>, Vec3, Quat)>,
+    translation: Vec3,
+) -> Vec<(Quat, Vec3)> {
+    let mut rests: Vec<Vec3> = Vec::with_capacity(joints.len());
+    let mut world: Vec<(Quat, Vec3)> = Vec::with_capacity(joints.len());
+    for (parent, rest, rotation) in joints {
+        world.push(match parent {
+            None => (rotation, rest + translation),
+            Some(parent) => {
+                let (turned, place) = world[parent];
+                ((turned * rotation).normalize(), place + turned * (rest - rests[parent]))
+            }
+        });
+        rests.push(rest);
+    }
+    world
 }
 
 #[cfg(test)]

@@ -82,11 +82,6 @@ impl Skin {
         &self.influences[self.starts[vertex] as usize..self.starts[vertex + 1] as usize]
     }
 
-    /// The largest number of joints that a vertex follows.
-    pub fn most_influences(&self) -> usize {
-        (0..self.vertices()).map(|vertex| self.of(vertex).len()).max().unwrap_or(0)
-    }
-
     /// Keeps the `most` largest weights of each vertex and renormalises them to sum to 1.
     pub fn pruned(&self, most: usize) -> (Self, Pruning) {
         let most = most.max(1);

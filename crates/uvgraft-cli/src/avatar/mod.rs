@@ -7,17 +7,14 @@ mod meta;
 mod motions;
 mod selfie;
 
-use std::io::{self, Write as _};
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
-use anyhow::Context;
 use clap::Arg;
 use clap::builder::{PossibleValue, PossibleValuesParser, StyledStr, TypedValueParser};
 use uvgraft::{Choice, Filter, MapOptions, Prefer, Size};
 use uvgraft_assembly::avatar::{Betas, TextureLayout, TextureOptions, level_file};
 use uvgraft_assembly::{AvatarRequest, Body, Input, drawing};
-use uvgraft_files::output;
 use uvgraft_gltf::glb::EmbeddedFormat;
 use uvgraft_gltf::preset::Preset;
 use uvgraft_image::{self as image, WriteOptions};
@@ -34,6 +31,7 @@ use crate::blending::BlendArgs;
 use crate::body::shape;
 use crate::choice::choice;
 use crate::failure::{Notes, warn};
+use crate::files;
 use crate::heading;
 use crate::number::whole_number;
 use crate::outcome;
@@ -202,33 +200,26 @@ pub(crate) fn run(args: &Args) -> anyhow::Result<ExitCode> {
     let request = args.request()?;
     request.check()?;
     args.check_outputs(&request)?;
-    let files = request.make(&Notes)?;
-    if let (Some(path), Some(labels)) = (args.blending.drawn_labels(), files.labels) {
+    let made = request.make(&Notes)?;
+    if let (Some(path), Some(labels)) = (args.blending.drawn_labels(), made.labels) {
         let written = image::write(&labels.into(), path, &WriteOptions::default())?;
         written.losses.iter().for_each(warn);
         outcome::wrote(path);
     }
-    if let (Some(path), Some(preview)) = (&args.blending.preview, files.preview) {
+    if let (Some(path), Some(preview)) = (&args.blending.preview, made.preview) {
         drawing::write(preview, path)?;
         outcome::wrote(path);
     }
-    write(&args.output, &files.file)?;
-    for (index, file) in files.levels.iter().enumerate() {
-        write(&level_file(&args.output, index + 1), file)?;
+    files::write(&args.output, &made.file)?;
+    for (index, file) in made.levels.iter().enumerate() {
+        files::write(&level_file(&args.output, index + 1), file)?;
     }
-    outcome::report(|| &files.report, || files.report.to_string())?;
+    outcome::report(|| &made.report, || made.report.to_string())?;
     match PAGE {
         Some(_) => outcome::look_by(format_args!("view {}", outcome::argument(&args.output))),
         None => outcome::look_by_picture(&args.output, None, false),
     }
     Ok(ExitCode::SUCCESS)
-}
-
-fn write(path: &Path, bytes: &[u8]) -> anyhow::Result<()> {
-    output::write_atomically::<io::Error>(path, |out| out.write_all(bytes))
-        .with_context(|| format!("cannot write {}", path.display()))?;
-    outcome::wrote(path);
-    Ok(())
 }
 
 impl Args {

@@ -70,6 +70,6 @@ impl Workload<'_> {
         work: impl FnMut() -> anyhow::Result<f64> + 's,
     ) -> Stage<'s> {
         let moved = (self.read + self.filled) * TEXEL;
-        stage(measured, Some(Variant::Filter(filter)), Some(self.filled), Some(moved), work)
+        stage(measured, Some(Variant::Filter(filter)), self.filled, moved, work)
     }
 }

@@ -48,7 +48,7 @@ pub(super) fn rounds(stages: &mut [Stage<'_>], runs: u32) -> anyhow::Result<Vec<
 
 /// The result of `work`, and its duration in seconds. The caller drops the result, outside the
 /// timing.
-pub(super) fn time<T>(work: impl FnOnce() -> T) -> (T, f64) {
+pub(crate) fn time<T>(work: impl FnOnce() -> T) -> (T, f64) {
     let start = Instant::now();
     let result = black_box(work());
     (result, start.elapsed().as_secs_f64())

@@ -26,6 +26,7 @@ use crate::outcome;
 use crate::progress;
 use crate::report::parse_size;
 use copy::CopyRate;
+pub(crate) use measure::time;
 use report::{Report, Row};
 use stage::{Stage, StageKind};
 use workload::Workload;

@@ -17,6 +17,7 @@ use uvgraft_io::pair_file;
 use super::measure::time;
 use super::painting::detailed;
 use super::stage::{InputImage, Measured, Stage, StageKind, Variant};
+use crate::files::OrCannotWrite;
 use crate::transfer;
 
 /// Bytes of an 8-bit RGB texel.
@@ -74,8 +75,7 @@ impl<'a> Workload<'a> {
             [(InputImage::Source, &workload.source_png), (InputImage::Base, &workload.base_png)]
         {
             let path = workload.file(part);
-            std::fs::write(&path, bytes)
-                .with_context(|| format!("cannot write {}", path.display()))?;
+            std::fs::write(&path, bytes).or_cannot_write(&path)?;
         }
         Ok(workload)
     }
@@ -93,28 +93,23 @@ impl<'a> Workload<'a> {
         kind: StageKind,
         filters: &[Filter],
     ) -> anyhow::Result<Vec<Stage<'_>>> {
-        Ok(match kind {
-            StageKind::ReadPair => vec![self.read_pair()],
-            StageKind::Map => vec![self.build_map()],
+        let filters = filters.iter().copied();
+        match kind {
+            StageKind::ReadPair => Ok(vec![self.read_pair()]),
+            StageKind::Map => Ok(vec![self.build_map()]),
             // The widest filter needs the widest padding.
             StageKind::Padding => {
-                filters.last().map(|filter| self.prepare_padding(*filter)).into_iter().collect()
+                Ok(filters.last().map(|filter| self.prepare_padding(filter)).into_iter().collect())
             }
-            StageKind::Decode => vec![
+            StageKind::Decode => Ok(vec![
                 self.decode(InputImage::Source, &self.source_png, self.from),
                 self.decode(InputImage::Base, &self.base_png, self.to),
-            ],
-            StageKind::Resample => {
-                filters.iter().map(|filter| self.resample(*filter)).collect::<Result<_, _>>()?
-            }
-            StageKind::Apply => {
-                filters.iter().map(|filter| self.apply(*filter)).collect::<Result<_, _>>()?
-            }
-            StageKind::Encode => vec![self.encode()?],
-            StageKind::File => {
-                filters.iter().map(|filter| self.file_to_file(*filter)).collect::<Result<_, _>>()?
-            } // They need a device, and are made by themselves.
-        })
+            ]),
+            StageKind::Resample => filters.map(|filter| self.resample(filter)).collect(),
+            StageKind::Apply => filters.map(|filter| self.apply(filter)).collect(),
+            StageKind::Encode => Ok(vec![self.encode()?]),
+            StageKind::File => filters.map(|filter| self.file_to_file(filter)).collect(),
+        }
     }
 
     fn read_pair(&self) -> Stage<'_> {
@@ -127,7 +122,7 @@ impl<'a> Workload<'a> {
 
     fn build_map(&self) -> Stage<'_> {
         let work = || Ok(time(|| map(self.pair, self.direction, self.to, MapOptions::default())).1);
-        stage(Measured::Stage(StageKind::Map), None, Some(self.filled), None, work)
+        stage(Measured::Stage(StageKind::Map), None, self.filled, None, work)
     }
 
     /// Preparing a graft also builds its map, so the time of a map is subtracted.
@@ -137,7 +132,7 @@ impl<'a> Workload<'a> {
             let (graft, both) = time(|| self.graft(filter));
             graft.map(|_| (both - map).max(0.0)).map_err(Into::into)
         };
-        stage(Measured::Stage(StageKind::Padding), None, Some(self.from.texels()), None, work)
+        stage(Measured::Stage(StageKind::Padding), None, self.from.texels(), None, work)
     }
 
     fn decode(&self, part: InputImage, png: &'a [u8], size: Size) -> Stage<'a> {
@@ -146,13 +141,8 @@ impl<'a> Workload<'a> {
             image.map(|_| seconds).map_err(Into::into)
         };
         let moved = png.len() + size.texels() * TEXEL;
-        stage(
-            Measured::Stage(StageKind::Decode),
-            Some(Variant::Image(part)),
-            Some(size.texels()),
-            Some(moved),
-            work,
-        )
+        let variant = Some(Variant::Image(part));
+        stage(Measured::Stage(StageKind::Decode), variant, size.texels(), moved, work)
     }
 
     fn resample(&self, filter: Filter) -> anyhow::Result<Stage<'_>> {
@@ -172,13 +162,7 @@ impl<'a> Workload<'a> {
         };
         let moved = (self.read + self.filled) * TEXEL;
         let variant = Some(Variant::Filter(filter));
-        Ok(stage(
-            Measured::Stage(StageKind::Resample),
-            variant,
-            Some(self.filled),
-            Some(moved),
-            work,
-        ))
+        Ok(stage(Measured::Stage(StageKind::Resample), variant, self.filled, moved, work))
     }
 
     /// What a user of the library calls, who keeps the source.
@@ -193,7 +177,7 @@ impl<'a> Workload<'a> {
         };
         let moved = (2 * self.from.texels() + self.read + self.filled) * TEXEL;
         let variant = Some(Variant::Filter(filter));
-        Ok(stage(Measured::Stage(StageKind::Apply), variant, Some(self.filled), Some(moved), work))
+        Ok(stage(Measured::Stage(StageKind::Apply), variant, self.filled, moved, work))
     }
 
     fn encode(&self) -> anyhow::Result<Stage<'_>> {
@@ -207,13 +191,7 @@ impl<'a> Workload<'a> {
             bytes = out?;
             Ok(seconds)
         };
-        Ok(stage(
-            Measured::Stage(StageKind::Encode),
-            None,
-            Some(self.to.texels()),
-            Some(moved),
-            work,
-        ))
+        Ok(stage(Measured::Stage(StageKind::Encode), None, self.to.texels(), moved, work))
     }
 
     /// Runs the command itself, to measure exactly what users get but for what it would tell of these textures.
@@ -243,13 +221,7 @@ impl<'a> Workload<'a> {
         let result = std::fs::metadata(&output)?.len() as usize;
         let moved = self.source_png.len() + self.base_png.len() + result;
         let variant = Some(Variant::Filter(filter));
-        Ok(stage(
-            Measured::Stage(StageKind::File),
-            variant,
-            Some(self.to.texels()),
-            Some(moved),
-            run,
-        ))
+        Ok(stage(Measured::Stage(StageKind::File), variant, self.to.texels(), moved, run))
     }
 
     pub(super) fn graft(&self, filter: Filter) -> Result<Graft, GraftError> {
@@ -280,9 +252,10 @@ fn encoded(image: &Image, mut buffer: Vec<u8>) -> anyhow::Result<Vec<u8>> {
 pub(super) fn stage<'a>(
     measured: Measured,
     variant: Option<Variant>,
-    texels: Option<usize>,
-    moved_bytes: Option<usize>,
+    texels: impl Into<Option<usize>>,
+    moved_bytes: impl Into<Option<usize>>,
     work: impl FnMut() -> anyhow::Result<f64> + 'a,
 ) -> Stage<'a> {
+    let (texels, moved_bytes) = (texels.into(), moved_bytes.into());
     Stage { measured, variant, texels, moved_bytes, work: Box::new(work) }
 }

@@ -2,11 +2,11 @@
 
 use std::path::PathBuf;
 
-use anyhow::Context;
 use uvgraft_io::arrays::save_npz_compressed;
 use uvgraft_pipeline::Outputs;
 
-use crate::failure::{OrBadInput, bad_input};
+use crate::failure::OrBadInput;
+use crate::files::{OrCannotWrite, check_extension};
 use crate::report::grouped;
 use crate::{outcome, terminal};
 
@@ -24,13 +24,10 @@ pub(super) struct Args {
 
 pub(super) fn run(args: &Args) -> anyhow::Result<()> {
     let output = &args.output;
-    if output.extension().is_none_or(|extension| !extension.eq_ignore_ascii_case("npz")) {
-        return Err(bad_input(format!("{}: extension must be .npz", output.display())));
-    }
+    check_extension(output, &["npz"])?;
     Outputs::new([&*args.wheel]).check(output)?;
     let arrays = uvgraft_open_body::read(&args.wheel).or_bad_input()?;
-    save_npz_compressed(&arrays, output)
-        .with_context(|| format!("cannot write {}", output.display()))?;
+    save_npz_compressed(&arrays, output).or_cannot_write(output)?;
     let length =
         |name: &str, axis: usize| grouped(arrays.get(name).map_or(0, |array| array.shape()[axis]));
     let bytes = std::fs::metadata(output).map_or(0, |file| file.len());

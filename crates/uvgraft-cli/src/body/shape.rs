@@ -10,6 +10,7 @@ use uvgraft_io::{model_mesh, obj};
 use uvgraft_pipeline::Outputs;
 
 use crate::failure::{OrBadInput, bad_input};
+use crate::files::{OrCannotWrite, check_extension};
 use crate::{outcome, terminal};
 
 /// Shape the open body, and write it as a mesh or a model
@@ -60,9 +61,7 @@ impl NamedValues {
 pub(super) fn run(args: &Args) -> anyhow::Result<()> {
     let (path, output) = (&*args.model, &*args.output);
     let extension = output.extension().map(OsStr::to_ascii_lowercase).unwrap_or_default();
-    if extension != "obj" && extension != "npz" {
-        return Err(bad_input(format!("{}: extension must be .obj or .npz", output.display())));
-    }
+    check_extension(output, &["obj", "npz"])?;
     Outputs::new([path]).check(output)?;
     let needs = ReadOptions { betas: usize::MAX, correctives: false };
     let file = ModelFile::read(path, &needs).or_bad_input()?;
@@ -72,10 +71,9 @@ pub(super) fn run(args: &Args) -> anyhow::Result<()> {
     let positions = shaped.positions().to_vec();
     let heights = || positions.iter().map(|place| place[1]);
     let height = heights().fold(f32::MIN, f32::max) - heights().fold(f32::MAX, f32::min);
-    let cannot = || format!("cannot write {}", output.display());
     if extension == "obj" {
         let mesh = model_mesh::read(path).or_bad_input()?.with_positions(positions)?;
-        obj::save(&mesh, output).with_context(cannot)?;
+        obj::save(&mesh, output).or_cannot_write(output)?;
     } else {
         let mut arrays = arrays::read(path).or_bad_input()?;
         let template = NumericArray::new_f32(vec![positions.len(), 3], positions.concat());
@@ -92,7 +90,7 @@ pub(super) fn run(args: &Args) -> anyhow::Result<()> {
                 break;
             }
         }
-        save_npz_compressed(&arrays, output).with_context(cannot)?;
+        save_npz_compressed(&arrays, output).or_cannot_write(output)?;
     }
     outcome::wrote(output);
     outcome::look_by_picture(output, None, false);

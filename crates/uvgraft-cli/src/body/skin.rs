@@ -2,7 +2,6 @@
 
 use std::path::PathBuf;
 
-use anyhow::Context;
 use uvgraft::{Choice, Size, choices};
 use uvgraft_assembly::Input;
 use uvgraft_assembly::drawing::check_name;
@@ -13,6 +12,7 @@ use uvgraft_pipeline::Outputs;
 
 use crate::choice::choice;
 use crate::failure::bad_input;
+use crate::files::OrCannotWrite;
 use crate::outcome;
 use crate::report::parse_size;
 
@@ -29,10 +29,10 @@ pub(super) struct Args {
     hair: Hair,
     /// Colour of the hair cap [default: #2b1d16]
     #[arg(long, value_name = "COLOUR", value_parser = color)]
-    hair_color: Option<Color>,
+    hair_color: Option<[f32; 3]>,
     /// Colour of the irises [default: #5c3d24]
     #[arg(long, value_name = "COLOUR", value_parser = color)]
-    eye_color: Option<Color>,
+    eye_color: Option<[f32; 3]>,
     /// Size of the texture in texels
     #[arg(long, value_name = "N|WxH", default_value = "2048", value_parser = parse_size, allow_negative_numbers = true)]
     size: Size,
@@ -53,20 +53,17 @@ choices!(Hair {
     None => "none", "None";
 });
 
-#[derive(Clone, Copy, PartialEq, Debug)]
-struct Color([f32; 3]);
-
-fn color(text: &str) -> Result<Color, String> {
+fn color(text: &str) -> Result<[f32; 3], String> {
     let wrong = || format!("must be a colour such as #c08a70, got `{text}`");
     let digits = text.strip_prefix('#').filter(|digits| digits.len() == 6).ok_or_else(wrong)?;
     let value = u32::from_str_radix(digits, 16).map_err(|_| wrong())?;
     let [_, red, green, blue] = value.to_be_bytes();
-    Ok(Color([red, green, blue].map(|byte| f32::from(byte) / 255.0)))
+    Ok([red, green, blue].map(|byte| f32::from(byte) / 255.0))
 }
 
 fn tone(text: &str) -> Result<SkinTone, String> {
     if text.starts_with('#') {
-        return color(text).map(|Color(color)| SkinTone::from_color(color));
+        return color(text).map(SkinTone::from_color);
     }
     let value = text.parse().ok().filter(|value| (0.0..=1.0).contains(value));
     let wrong =
@@ -81,14 +78,11 @@ pub(super) fn run(args: &Args) -> anyhow::Result<()> {
     }
     Outputs::new([&*args.model]).check(&args.output)?;
     let mut options = SkinOptions::new(args.tone);
-    let Color(hair) = args.hair_color.unwrap_or(Color(HAIR));
-    options.hair = (args.hair == Hair::Cap).then_some(hair);
-    if let Some(Color(iris)) = args.eye_color {
-        options.iris = iris;
-    }
+    options.hair = (args.hair == Hair::Cap).then_some(args.hair_color.unwrap_or(HAIR));
+    options.iris = args.eye_color.unwrap_or(options.iris);
     let skin = painted(&Input::from(&args.model), args.size, &options)?;
     let _ = image::write(&Image::from(skin), &args.output, &WriteOptions::default())
-        .with_context(|| format!("cannot write {}", args.output.display()))?;
+        .or_cannot_write(&args.output)?;
     outcome::wrote(&args.output);
     outcome::look_by_picture(&args.model, Some(&args.output), false);
     Ok(())
@@ -100,7 +94,7 @@ mod tests {
 
     #[test]
     fn tones_are_numbers_or_colours() {
-        assert_eq!(color("#ff0033"), Ok(Color([1.0, 0.0, 0.2])));
+        assert_eq!(color("#ff0033"), Ok([1.0, 0.0, 0.2]));
         assert_eq!(tone("0.5"), Ok(SkinTone::on_scale(0.5)));
         assert_eq!(tone("#ff0033").unwrap().color(), [1.0, 0.0, 0.2]);
         for bad in ["2", "-0.1", "light", "#fff", "#12345g", "NaN"] {

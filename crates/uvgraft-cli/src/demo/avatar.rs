@@ -89,34 +89,19 @@ pub(super) struct Pictures {
 
 impl Pictures {
     pub(super) fn new(glb: &[u8]) -> anyhow::Result<Self> {
-        let scene = Scene::read(glb)?;
-        let renderer = Renderer::for_scene(&scene);
-        let clip = |name: &str, seconds| {
-            let clip = Some((clip(&scene, name)?, seconds));
-            anyhow::Ok(PoseRequest { clip, ..PoseRequest::default() })
-        };
-        let face = |weights: &[(&str, f32)]| {
-            let weights = weights.iter().map(|&(name, weight)| (name.to_owned(), weight)).collect();
-            anyhow::Ok(PoseRequest { weights, ..clip("idle", 0.0)? })
-        };
-        let shot = |posing: &PoseRequest, camera: &Perspective, size| {
-            let options = RenderOptions { floor: Some(0.0), ..RenderOptions::default() };
-            anyhow::Ok(renderer.render(&scene.pose(posing)?, camera, &options, size))
-        };
-        let mut panels = Vec::new();
-        for (caption, posing, camera) in [
-            ("wave", clip("wave", 1.2)?, body(15.0)),
-            ("walk", clip("walk", 0.15)?, body(55.0)),
-            ("happy", face(&[("smile", 1.0)])?, head(20.0)),
-            ("aa, surprised", face(&[("jaw_open", 0.8), ("brows_up", 1.0)])?, head(-25.0)),
-        ] {
-            panels.push((caption, shot(&posing, &camera, PANEL)?));
-        }
+        let studio = Studio::new(glb)?;
+        let surprise = [("jaw_open", 0.8), ("brows_up", 1.0)];
+        let panels = vec![
+            ("wave", studio.shot(("wave", 1.2), &[], &body(15.0), PANEL)?),
+            ("walk", studio.shot(("walk", 0.15), &[], &body(55.0), PANEL)?),
+            ("happy", studio.shot(("idle", 0.0), &[("smile", 1.0)], &head(20.0), PANEL)?),
+            ("aa, surprised", studio.shot(("idle", 0.0), &surprise, &head(-25.0), PANEL)?),
+        ];
         let mut turntable = Vec::new();
         for frame in 0..TURNTABLE_FRAMES {
             let share = f32::from(frame) / f32::from(TURNTABLE_FRAMES);
-            let posing = clip("wave", f32::from(frame) / TURNTABLE_FPS)?;
-            turntable.push(shot(&posing, &body(15.0 + 360.0 * share), TURNTABLE)?);
+            let moment = ("wave", f32::from(frame) / TURNTABLE_FPS);
+            turntable.push(studio.shot(moment, &[], &body(15.0 + 360.0 * share), TURNTABLE)?);
         }
         Ok(Self { panels, turntable })
     }
@@ -144,10 +129,34 @@ impl Pictures {
     }
 }
 
-/// The number of a scene's clip.
-pub(super) fn clip(scene: &Scene, name: &str) -> anyhow::Result<usize> {
-    let found = scene.clips().iter().position(|clip| clip.name == name);
-    found.with_context(|| format!("a clip `{name}`"))
+/// An avatar on a floor, to be drawn at moments of its clips.
+pub(super) struct Studio {
+    scene: Scene,
+    renderer: Renderer,
+}
+
+impl Studio {
+    pub(super) fn new(glb: &[u8]) -> anyhow::Result<Self> {
+        let scene = Scene::read(glb)?;
+        let renderer = Renderer::for_scene(&scene);
+        Ok(Self { scene, renderer })
+    }
+
+    /// - `weights`: of expressions.
+    pub(super) fn shot(
+        &self,
+        (clip, seconds): (&str, f32),
+        weights: &[(&str, f32)],
+        camera: &Perspective,
+        size: Size,
+    ) -> anyhow::Result<Texture> {
+        let found = self.scene.clips().iter().position(|found| found.name == clip);
+        let found = found.with_context(|| format!("a clip `{clip}`"))?;
+        let weights = weights.iter().map(|&(name, weight)| (name.to_owned(), weight)).collect();
+        let posing = PoseRequest { clip: Some((found, seconds)), weights, ..Default::default() };
+        let options = RenderOptions { floor: Some(0.0), ..RenderOptions::default() };
+        Ok(self.renderer.render(&self.scene.pose(&posing)?, camera, &options, size))
+    }
 }
 
 /// The whole figure, seen from an angle in degrees.

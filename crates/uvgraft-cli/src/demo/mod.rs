@@ -13,7 +13,6 @@ use std::process::ExitCode;
 use std::sync::Arc;
 use std::time::Instant;
 
-use anyhow::Context;
 use uvgraft::{Direction, Graft, Mesh, Pair, Size, Sizes, Texture};
 use uvgraft_assembly::drawing::Sheet;
 use uvgraft_assembly::{Input, ViewRequest, pair_picture};
@@ -27,7 +26,7 @@ use uvgraft_viewer::PAGE;
 
 use self::blending::Blends;
 use self::views::{FACE, FULL, render};
-use crate::failure::OrBadInput;
+use crate::files::{OrCannotWrite, create_folder};
 use crate::report::{grouped, parse_size};
 use crate::{outcome, terminal};
 
@@ -60,9 +59,7 @@ pub(crate) struct Args {
 
 pub(crate) fn run(args: &Args) -> anyhow::Result<ExitCode> {
     let folder = &args.output;
-    std::fs::create_dir_all(folder)
-        .with_context(|| format!("cannot create the folder {}", folder.display()))
-        .or_bad_input()?;
+    create_folder(folder)?;
     let mut steps = Steps::new();
     let open_body = args.body.as_deref().map(|path| open_body::Files::new(path, args.size));
     let open_body = open_body.transpose()?;
@@ -74,17 +71,11 @@ pub(crate) fn run(args: &Args) -> anyhow::Result<ExitCode> {
     let avatar = AnimatedFigure::new(&transferred, &mut steps)?;
     let selfie = Selfie::new(args, &transferred, &mut steps)?;
     let photo = selfie.as_ref().map(|selfie| selfie.photo.clone());
-    let outputs = Outputs { folder, written: Vec::new() };
-    let outputs = transferred.write(outputs, pictures)?;
-    let outputs = avatar.write(outputs)?;
-    let outputs = match open_body {
-        Some(built) => built.write(outputs)?,
-        None => outputs,
-    };
-    let outputs = match selfie {
-        Some(built) => built.write(outputs)?,
-        None => outputs,
-    };
+    let mut outputs = Outputs { folder, written: Vec::new() };
+    transferred.write(&mut outputs, pictures)?;
+    avatar.write(&mut outputs)?;
+    open_body.map_or(Ok(()), |built| built.write(&mut outputs))?;
+    selfie.map_or(Ok(()), |built| built.write(&mut outputs))?;
     steps.done("writing", &format!("{} files", outputs.written.len()))?;
     outcome::wrote(folder);
     print(&outputs, photo.as_deref())?;
@@ -134,7 +125,7 @@ impl Transferred {
         Ok(Self { figure, pair, face, base, body, back })
     }
 
-    fn write<'a>(self, outputs: Outputs<'a>, pictures: Pictures) -> anyhow::Result<Outputs<'a>> {
+    fn write(self, outputs: &mut Outputs<'_>, pictures: Pictures) -> anyhow::Result<()> {
         let file = PairFile {
             pair: self.pair,
             source_name: "head.obj".to_owned(),
@@ -162,7 +153,8 @@ impl Transferred {
             .file("blending.png", "face blended onto a body of darker skin", |path| {
                 Ok(pictures.blended.write(path)?)
             })?
-            .texture("body_darker.png", "texture of that body before", pictures.darker)
+            .texture("body_darker.png", "texture of that body before", pictures.darker)?;
+        Ok(())
     }
 }
 
@@ -202,9 +194,9 @@ impl AnimatedFigure {
         Ok(Self { files, pictures })
     }
 
-    fn write(self, outputs: Outputs<'_>) -> anyhow::Result<Outputs<'_>> {
+    fn write(self, outputs: &mut Outputs<'_>) -> anyhow::Result<()> {
         let Self { files, pictures } = &self;
-        let outputs = outputs
+        outputs
             .file("avatar.glb", "animated avatar", |path| bytes(path, &files.glb))?
             .file("avatar.vrm", "the same as VRM", |path| bytes(path, &files.vrm))?
             .file("wave.npz", "animation as an AMASS recording", |path| {
@@ -214,11 +206,12 @@ impl AnimatedFigure {
             .file("turntable.gif", "waving avatar from all sides", |path| {
                 pictures.write_turntable(path)
             })?;
-        if PAGE.is_none() {
-            return Ok(outputs);
+        if PAGE.is_some() {
+            let page = ViewRequest::new(Input::bytes("avatar.glb", &*files.glb)).make(&())?;
+            let what = "avatar in a viewer for the browser";
+            outputs.file("avatar.html", what, |path| bytes(path, &page))?;
         }
-        let page = ViewRequest::new(Input::bytes("avatar.glb", &*files.glb)).make(&())?;
-        outputs.file("avatar.html", "avatar in a viewer for the browser", |path| bytes(path, &page))
+        Ok(())
     }
 }
 
@@ -244,18 +237,17 @@ impl Selfie {
         Ok(Some(Self { photo, glb, sheet }))
     }
 
-    fn write(self, outputs: Outputs<'_>) -> anyhow::Result<Outputs<'_>> {
-        let outputs = if self.photo.starts_with(outputs.folder) {
+    fn write(self, outputs: &mut Outputs<'_>) -> anyhow::Result<()> {
+        if self.photo.starts_with(outputs.folder) {
             // It was written when it was made.
-            outputs.file(selfie::PORTRAIT, "photograph of the figure", |_| Ok(()))?
-        } else {
-            outputs
-        };
+            outputs.file(selfie::PORTRAIT, "photograph of the figure", |_| Ok(()))?;
+        }
         outputs.file("selfie.glb", "avatar of a photograph", |path| bytes(path, &self.glb))?.file(
             "selfie.png",
             "the photograph and its avatar",
             |path| Ok(self.sheet.write(path)?),
-        )
+        )?;
+        Ok(())
     }
 }
 
@@ -376,23 +368,23 @@ struct Outputs<'a> {
 
 impl Outputs<'_> {
     fn file(
-        mut self,
+        &mut self,
         name: &'static str,
         what: &'static str,
         write: impl FnOnce(&Path) -> anyhow::Result<()>,
-    ) -> anyhow::Result<Self> {
+    ) -> anyhow::Result<&mut Self> {
         let path = self.folder.join(name);
-        write(&path).with_context(|| format!("cannot write {}", path.display()))?;
+        write(&path).or_cannot_write(&path)?;
         self.written.push((name, what));
         Ok(self)
     }
 
     fn texture(
-        self,
+        &mut self,
         name: &'static str,
         what: &'static str,
         texture: Texture,
-    ) -> anyhow::Result<Self> {
+    ) -> anyhow::Result<&mut Self> {
         self.file(name, what, |path| {
             // Nothing is lost: PNG stores an 8-bit RGB texture without a profile exactly.
             let _ = image::write(&Image::from(texture), path, &WriteOptions::default())?;

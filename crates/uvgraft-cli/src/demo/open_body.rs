@@ -12,22 +12,20 @@ use uvgraft_figure::Figure;
 use uvgraft_gltf::glb::{
     self, AvatarMaterial, EmbeddedFormat, EmbeddedImage, Export, Permissions, VrmMeta,
 };
-use uvgraft_gltf::scene::{PoseRequest, Scene};
 use uvgraft_io::arrays::{self, NamedArrays};
 use uvgraft_io::model_mesh;
 use uvgraft_open_body::WHEEL_NAME;
 use uvgraft_open_body::skin::{SkinOptions, SkinTone, paint_skin};
-use uvgraft_render::{RenderOptions, Renderer};
 
-use super::avatar::{amass, body, head};
+use super::avatar::{Studio, amass, body, head};
 use super::{Outputs, bytes, fetched, row};
 use crate::failure::{OrBadInput, bad_input};
 use uvgraft_assembly::drawing::Sheet;
+use uvgraft_assembly::skin::HAIR;
 
 /// Imports the body from the fetched wheel.
 const OPEN: &str = "open";
 const TONE: f32 = 0.35;
-const HAIR: [f32; 3] = [0.17, 0.115, 0.085];
 const PANEL: Size = Size::new(400, 540);
 
 /// The avatar's files, in memory.
@@ -74,11 +72,14 @@ impl Files {
 }
 
 impl Files {
-    pub(super) fn write(self, outputs: Outputs<'_>) -> anyhow::Result<Outputs<'_>> {
+    pub(super) fn write(self, outputs: &mut Outputs<'_>) -> anyhow::Result<()> {
         outputs
             .file("open_body.glb", "avatar of the open body", |path| bytes(path, &self.glb))?
             .file("open_body.vrm", "the same as VRM", |path| bytes(path, &self.vrm))?
-            .file("open_body.png", "stills of the open body", |path| Ok(self.sheet.write(path)?))
+            .file("open_body.png", "stills of the open body", |path| {
+                Ok(self.sheet.write(path)?)
+            })?;
+        Ok(())
     }
 }
 
@@ -122,24 +123,14 @@ fn avatar(arrays: &NamedArrays, size: Size) -> anyhow::Result<(Avatar, Texture)>
 }
 
 fn sheet(glb: &[u8]) -> anyhow::Result<Sheet> {
-    let scene = Scene::read(glb)?;
-    let renderer = Renderer::for_scene(&scene);
-    let clip = |name: &str, seconds: f32, weights: &[(&str, f32)]| {
-        let found = scene.clips().iter().position(|clip| clip.name == name);
-        let weights = weights.iter().map(|&(name, weight)| (name.to_owned(), weight)).collect();
-        PoseRequest { clip: found.map(|at| (at, seconds)), weights, ..PoseRequest::default() }
-    };
+    let studio = Studio::new(glb)?;
     let smile = [("mouthSmileLeft", 0.8), ("mouthSmileRight", 0.8), ("cheekSquintLeft", 0.5)];
-    let panels = [
-        (clip("wave", 1.2, &[]), body(15.0)),
-        (clip("walk", 0.15, &[]), body(55.0)),
-        (clip("idle", 0.0, &smile), head(20.0)),
-        (clip("idle", 0.0, &[("jawOpen", 0.6), ("browInnerUp", 1.0)]), head(-25.0)),
+    let surprise = [("jawOpen", 0.6), ("browInnerUp", 1.0)];
+    let pictures = [
+        studio.shot(("wave", 1.2), &[], &body(15.0), PANEL)?,
+        studio.shot(("walk", 0.15), &[], &body(55.0), PANEL)?,
+        studio.shot(("idle", 0.0), &smile, &head(20.0), PANEL)?,
+        studio.shot(("idle", 0.0), &surprise, &head(-25.0), PANEL)?,
     ];
-    let mut pictures = Vec::with_capacity(panels.len());
-    for (posing, camera) in panels {
-        let options = RenderOptions { floor: Some(0.0), ..RenderOptions::default() };
-        pictures.push(renderer.render(&scene.pose(&posing)?, &camera, &options, PANEL));
-    }
     Ok(row(&pictures, PANEL))
 }

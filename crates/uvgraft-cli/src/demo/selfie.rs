@@ -6,11 +6,10 @@ use uvgraft::{Averaging, Channels, Depth, Filter, Size, Texture};
 use uvgraft_assembly::drawing::Sheet;
 use uvgraft_assembly::{AvatarRequest, Body, weights};
 use uvgraft_figure::Figure;
-use uvgraft_gltf::scene::{PoseRequest, Scene};
 use uvgraft_image::{self as image, Image, WriteOptions};
-use uvgraft_render::{RenderOptions, Renderer, View};
+use uvgraft_render::View;
 
-use super::avatar::{body, clip, head};
+use super::avatar::{Studio, body, head};
 use super::views::render;
 use super::{fetched, row};
 use crate::failure::{Notes, OrBadInput};
@@ -58,17 +57,13 @@ pub(super) fn build(photo: &Path) -> anyhow::Result<(Vec<u8>, Sheet)> {
     let mut request = AvatarRequest::new(Body::Figure, "selfie.glb");
     request.photos = vec![photo.into()];
     let glb = request.make(&Notes)?.file;
-    let scene = Scene::read(&glb)?;
-    let renderer = Renderer::for_scene(&scene);
-    let mut panels = vec![fitted(image::read(photo).or_bad_input()?.texture)?];
-    let options = RenderOptions { floor: Some(0.0), ..RenderOptions::default() };
-    for (name, seconds, camera) in
-        [("idle", 0.0, head(0.0)), ("idle", 0.0, head(35.0)), ("wave", 1.2, body(15.0))]
-    {
-        let posing =
-            PoseRequest { clip: Some((clip(&scene, name)?, seconds)), ..PoseRequest::default() };
-        panels.push(renderer.render(&scene.pose(&posing)?, &camera, &options, PANEL));
-    }
+    let studio = Studio::new(&glb)?;
+    let panels = [
+        fitted(image::read(photo).or_bad_input()?.texture)?,
+        studio.shot(("idle", 0.0), &[], &head(0.0), PANEL)?,
+        studio.shot(("idle", 0.0), &[], &head(35.0), PANEL)?,
+        studio.shot(("wave", 1.2), &[], &body(15.0), PANEL)?,
+    ];
     Ok((glb, row(&panels, PANEL)))
 }
 

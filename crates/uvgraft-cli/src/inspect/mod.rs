@@ -81,7 +81,7 @@ fn inspect_pair(args: &Args, pair: &Path) -> anyhow::Result<ExitCode> {
         pair_picture::of_pair(&file, None)?.write(path)?;
         outcome::wrote(path);
     }
-    report::print(&file, &recognised, &report::of_pair(&file, &args.sizes))?;
+    report::print(&file, None, &recognised, &report::of_pair(&file, &args.sizes))?;
     recognition::pairing_warnings(&file, &recognised).into_iter().for_each(warn);
     Ok(ExitCode::SUCCESS)
 }

@@ -2,10 +2,9 @@
 
 mod format;
 
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 use std::process::ExitCode;
 
-use anyhow::Context;
 use uvgraft::{
     Choice, Direction, Filter, Graft, MapOptions, Prefer, SamplingMap, Size, Sizes, choices,
 };
@@ -16,6 +15,7 @@ use uvgraft_pipeline::Outputs;
 use self::format::MapFormat;
 use crate::choice::choice;
 use crate::failure::{OrBadInput, bad_input};
+use crate::files::OrCannotWrite;
 use crate::number::whole_number;
 use crate::outcome;
 use crate::report::parse_size;
@@ -121,7 +121,7 @@ pub(crate) fn run(args: &Args) -> anyhow::Result<ExitCode> {
             let operator = graft.filter(filter).build().or_bad_input()?.operator();
             match sampling_map::save_csr(&operator, path) {
                 Err(error @ CsrError::TooMany) => {
-                    return Err(error).or_bad_input().context(cannot_write(path));
+                    return Err(error).or_bad_input().or_cannot_write(path);
                 }
                 result => result.map(drop).or_cannot_write(path)?,
             }
@@ -129,21 +129,6 @@ pub(crate) fn run(args: &Args) -> anyhow::Result<ExitCode> {
     }
     outcome::wrote(path);
     Ok(ExitCode::SUCCESS)
-}
-
-/// Names the file in an error.
-trait OrCannotWrite {
-    fn or_cannot_write(self, path: &Path) -> anyhow::Result<()>;
-}
-
-impl<E: Into<anyhow::Error>> OrCannotWrite for Result<(), E> {
-    fn or_cannot_write(self, path: &Path) -> anyhow::Result<()> {
-        self.map_err(Into::into).with_context(|| cannot_write(path))
-    }
-}
-
-fn cannot_write(path: &Path) -> String {
-    format!("cannot write {}", path.display())
 }
 
 /// What is written.

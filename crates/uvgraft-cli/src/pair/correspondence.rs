@@ -2,7 +2,6 @@
 
 use std::path::{Path, PathBuf};
 
-use anyhow::Context;
 use uvgraft::correspond::split_vertices::{MapLinks, MapUse, link_by_vertex_map};
 use uvgraft::correspond::surface::Align;
 use uvgraft::correspond::{self, By, FindOptions};
@@ -15,6 +14,7 @@ use uvgraft_pipeline::Failure;
 use super::landmarks;
 use crate::choice::choice;
 use crate::failure::{OrBadInput, bad_input, note};
+use crate::files::OrCannotWrite;
 use crate::heading;
 use crate::report::{Linked, LinkedTable, Method};
 
@@ -219,6 +219,6 @@ impl Options {
             )));
         };
         let mesh = pair.target().clone().with_positions(report.registered.clone())?;
-        obj::save(&mesh, path).with_context(|| format!("cannot write {}", path.display()))
+        obj::save(&mesh, path).or_cannot_write(path)
     }
 }

@@ -7,7 +7,6 @@ use std::path::PathBuf;
 use std::process::ExitCode;
 use std::sync::Arc;
 
-use anyhow::Context;
 use uvgraft::{Choice, PairReport, Side};
 use uvgraft_image::Format;
 use uvgraft_io::pair_file;
@@ -15,6 +14,7 @@ use uvgraft_pipeline::Outputs;
 
 use crate::choice::choice;
 use crate::failure::{Notes, bad_input, note};
+use crate::files::OrCannotWrite;
 use crate::{outcome, progress, report};
 use uvgraft_assembly::drawing::check_name;
 use uvgraft_assembly::mesh_file::{self, LoadedMesh, MeshFile};
@@ -107,8 +107,7 @@ pub(crate) fn run(args: &Args) -> anyhow::Result<ExitCode> {
     progress::step("counting texels");
     let report = report::of_pair(&file, &args.sizes);
     check_reach(&file, &report)?;
-    pair_file::write(&file, &args.output)
-        .with_context(|| format!("cannot write {}", args.output.display()))?;
+    pair_file::write(&file, &args.output).or_cannot_write(&args.output)?;
     let registered = linked.linked.registered();
     let recognised = recognition::recognised(&file);
     pairing::remark(&file, registered, &linked.other_layouts, &recognised, &Notes);
@@ -122,7 +121,7 @@ pub(crate) fn run(args: &Args) -> anyhow::Result<ExitCode> {
     let preview = outcome::free(args.output.with_extension("png"));
     let [pair, preview] = [&*args.output, &*preview].map(outcome::argument);
     outcome::look_by(format_args!("inspect {pair} --preview {preview}"));
-    report::print_linked(&file, &linked.linked, &recognised, &report)?;
+    report::print(&file, Some(&linked.linked), &recognised, &report)?;
     Ok(ExitCode::SUCCESS)
 }
 

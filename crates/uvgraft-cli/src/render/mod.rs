@@ -8,13 +8,14 @@ use std::process::ExitCode;
 
 use uvgraft::{Choice, Size};
 use uvgraft_assembly::RenderRequest;
-use uvgraft_assembly::render::{Aim, PoseOption, Shot, parse_background, parse_number};
+use uvgraft_assembly::render::{
+    Aim, PoseOption, Shot, parse_background, parse_expression, parse_number,
+};
 use uvgraft_avatar::motion::UpAxis;
 use uvgraft_image::animation::Animation;
 use uvgraft_pipeline::parse_memory;
 use uvgraft_render::Background;
 
-use self::options::Weight;
 use self::output::Output;
 use crate::choice::choice;
 use crate::failure::{Notes, bad_input};
@@ -96,9 +97,9 @@ pub(crate) struct Args {
     #[arg(help_heading = heading::POSE)]
     pose: Vec<PoseOption>,
     /// Expression or morph target and its weight, such as blink=0.8; repeatable
-    #[arg(long, value_name = "NAME[=WEIGHT]", value_parser = options::weight)]
+    #[arg(long, value_name = "NAME[=WEIGHT]", value_parser = parse_expression)]
     #[arg(help_heading = heading::POSE)]
-    expression: Vec<Weight>,
+    expression: Vec<(String, f32)>,
     /// Animation clip, by name or number [default: the first]
     #[arg(long, value_name = "NAME|N", help_heading = heading::POSE)]
     clip: Option<String>,
@@ -162,8 +163,7 @@ impl Args {
         request.fov = self.fov;
         request.zoom = self.zoom;
         request.pose.clone_from(&self.pose);
-        request.expressions =
-            self.expression.iter().map(|Weight(name, weight)| (name.clone(), *weight)).collect();
+        request.expressions.clone_from(&self.expression);
         request.clip.clone_from(&self.clip);
         request.frame = self.frame;
         request.motion = self.motion;

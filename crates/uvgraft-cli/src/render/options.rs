@@ -1,17 +1,9 @@
 //! Parsers of option values.
 
-use uvgraft_assembly::render::{parse_expression, parse_number};
+use uvgraft_assembly::render::parse_number;
 
 /// Number of frames of a turntable, unless another one is given.
 pub(super) const TURNTABLE: u16 = 36;
-
-/// An expression and its weight.
-#[derive(Debug, Clone, PartialEq)]
-pub(super) struct Weight(pub String, pub f32);
-
-pub(super) fn weight(text: &str) -> Result<Weight, String> {
-    parse_expression(text).map(|(name, weight)| Weight(name, weight))
-}
 
 pub(super) fn rate(text: &str) -> Result<f32, String> {
     within(text, 0.1, 240.0).map_err(|_| "must be 0.1 to 240 frames per second".to_owned())

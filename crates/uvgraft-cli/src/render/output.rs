@@ -2,7 +2,6 @@
 
 use std::path::{Path, PathBuf};
 
-use anyhow::Context;
 use uvgraft::Texture;
 use uvgraft_assembly::render::Rendering;
 use uvgraft_assembly::{Input, RenderRequest};
@@ -13,6 +12,7 @@ use uvgraft_pipeline::Outputs;
 use uvgraft_render::Background;
 
 use crate::failure::bad_input;
+use crate::files::OrCannotWrite;
 use crate::{outcome, progress};
 
 /// Memory limit for frames that are held together.
@@ -81,7 +81,7 @@ impl Output {
             let frames = pictures.collect::<Result<Vec<Texture>, _>>()?;
             let path = &self.paths[0];
             write_atomically(path, |out| (animation.write)(&frames, fps, out))
-                .with_context(|| format!("cannot write {}", path.display()))?;
+                .or_cannot_write(path)?;
             outcome::wrote(path);
         } else {
             for (picture, path) in pictures.zip(&self.paths) {

@@ -1,7 +1,6 @@
 //! The round-trip methods, and their times.
 
 use std::sync::Arc;
-use std::time::Instant;
 
 use serde::Serialize;
 use uvgraft::statistics::median;
@@ -11,6 +10,7 @@ use uvgraft::{
 };
 use uvgraft_metrics::baseline::{affine::Affine, grid};
 
+use crate::bench::time;
 use crate::failure::OrBadInput;
 use crate::fitting::{FitBar, FitSummary};
 
@@ -264,12 +264,6 @@ impl RoundTripInput<'_> {
             input = prepare();
         }
     }
-}
-
-fn time<T>(work: impl FnOnce() -> T) -> (T, f64) {
-    let start = Instant::now();
-    let result = work();
-    (result, start.elapsed().as_secs_f64())
 }
 
 /// The time of warping the whole image for each triangle, extrapolated from a sample of triangles.

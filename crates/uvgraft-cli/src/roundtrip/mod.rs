@@ -16,6 +16,7 @@ use uvgraft_pipeline::Outputs;
 
 use crate::choice::choice;
 use crate::failure::{OrBadInput, bad_input, warn};
+use crate::files::OrCannotWrite;
 use crate::heading;
 use crate::heatmap;
 use crate::memory::{self, MemoryOption};
@@ -320,7 +321,7 @@ impl<'a> Folder<'a> {
     fn save(&self, name: &str, text: &str) -> anyhow::Result<()> {
         let path = self.path.join(name);
         output::write_atomically(&path, |out| std::io::Write::write_all(out, text.as_bytes()))
-            .with_context(|| format!("cannot write {}", path.display()))
+            .or_cannot_write(&path)
     }
 }
 

@@ -2,22 +2,20 @@
 
 mod options;
 
-use std::io::{self, Write as _};
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
-use anyhow::Context;
 use uvgraft::{Size, Texture};
 use uvgraft_assembly::drawing::{self, check_name};
 use uvgraft_assembly::selfie::Head;
 use uvgraft_assembly::{Input, SelfieRequest};
-use uvgraft_files::output::write_atomically;
 use uvgraft_image::{self as image, WriteOptions};
 use uvgraft_io::obj;
 use uvgraft_pipeline::Outputs;
 
 pub(crate) use self::options::PhotoArgs;
-use crate::failure::{Notes, bad_input, warn};
+use crate::failure::{Notes, warn};
+use crate::files::{self, OrCannotWrite, check_extension};
 use crate::heading;
 use crate::outcome;
 use crate::report::parse_size;
@@ -76,16 +74,12 @@ pub(crate) fn run(args: &Args) -> anyhow::Result<ExitCode> {
     if let Some(path) = &args.known {
         save(fitted.known(), path)?;
     }
-    let cannot = |path: &Path| format!("cannot write {}", path.display());
     if let Some(path) = &args.mesh {
-        obj::save(&fitted.shaped_mesh()?, path).with_context(|| cannot(path))?;
+        obj::save(&fitted.shaped_mesh()?, path).or_cannot_write(path)?;
         outcome::wrote(path);
     }
     if let Some(path) = &args.cameras {
-        let json = fitted.cameras_json()?;
-        write_atomically::<io::Error>(path, |out| out.write_all(json.as_bytes()))
-            .with_context(|| cannot(path))?;
-        outcome::wrote(path);
+        files::write(path, fitted.cameras_json()?.as_bytes())?;
     }
     if let Some(path) = &args.sheet {
         drawing::write(fitted.sheet()?, path)?;
@@ -120,14 +114,7 @@ impl Args {
             path.iter().try_for_each(|path| check_name(path, what))?;
         }
         for (path, extension) in [(&self.mesh, "obj"), (&self.cameras, "json")] {
-            if let Some(path) = path
-                && !path.extension().is_some_and(|found| found.eq_ignore_ascii_case(extension))
-            {
-                return Err(bad_input(format!(
-                    "{}: extension must be .{extension}",
-                    path.display()
-                )));
-            }
+            path.iter().try_for_each(|path| check_extension(path, &[extension]))?;
         }
         request.check()?;
         let inputs = request.inputs()?;
@@ -141,8 +128,8 @@ impl Args {
 }
 
 fn save(texture: &Texture, path: &Path) -> anyhow::Result<()> {
-    let written = image::write(&texture.clone().into(), path, &WriteOptions::default())
-        .with_context(|| format!("cannot write {}", path.display()))?;
+    let written = image::write(&texture.clone().into(), path, &WriteOptions::default());
+    let written = written.or_cannot_write(path)?;
     written.losses.iter().for_each(|loss| warn(format_args!("{}: {loss}", path.display())));
     outcome::wrote(path);
     Ok(())

@@ -92,17 +92,9 @@ impl Buffer {
         let bytes = float_bytes(values.as_flattened());
         let values = SparseValues { buffer_view: self.view(&bytes, None) };
         let sparse = Some(Sparse { count: vertices.len(), indices, values });
-        let accessor = Accessor {
-            buffer_view: None,
-            byte_offset: 0,
-            component_type: FLOAT,
-            count,
-            kind: "VEC3",
-            min,
-            max,
-            sparse,
-        };
-        self.accessor(accessor)
+        let (component_type, kind) = (FLOAT, "VEC3");
+        let dense = Accessor { component_type, count, kind, min, max, ..Accessor::default() };
+        self.accessor(Accessor { sparse, ..dense })
     }
 
     /// Appends tracks as one view with one accessor each; returns their indices.
@@ -129,9 +121,8 @@ impl Buffer {
 }
 
 fn plain(view: usize, component_type: u32, count: usize, kind: &'static str) -> Accessor {
-    let (min, max) = (Vec::new(), Vec::new());
     let buffer_view = Some(view);
-    Accessor { buffer_view, byte_offset: 0, component_type, count, kind, min, max, sparse: None }
+    Accessor { buffer_view, component_type, count, kind, ..Accessor::default() }
 }
 
 const fn kind(components: usize) -> &'static str {

@@ -295,7 +295,7 @@ pub(super) struct AnimationSampler {
     pub output: usize,
 }
 
-#[derive(Serialize)]
+#[derive(Default, Serialize)]
 #[serde(rename_all = "camelCase")]
 pub(super) struct Accessor {
     #[serde(skip_serializing_if = "Option::is_none")]

@@ -171,8 +171,11 @@ fn write_all(
     if parts.is_empty() {
         return Err(GlbError::NoTriangles);
     }
-    let levels: Vec<_> =
-        export.levels.iter().map(|level| level.write(materials, &mut buffer)).collect();
+    let coarser = |CoarserLevel { avatar, normals }: &CoarserLevel| {
+        let (skin, _) = avatar.skin.pruned(MAX_INFLUENCES);
+        parts::write(avatar, &skin, normals.as_deref(), materials, &mut buffer)
+    };
+    let levels: Vec<_> = export.levels.iter().map(coarser).collect();
     let skin = skin::write_joints(avatar, &mut buffer);
     let clips = avatar.clips.iter();
     let animations =
@@ -207,17 +210,6 @@ fn write_all(
         bytes: bytes.len(),
     };
     Ok(Exported { bytes, report })
-}
-
-impl CoarserLevel {
-    fn write(
-        &self,
-        materials: &[AvatarMaterial],
-        buffer: &mut Buffer,
-    ) -> Vec<parts::WrittenPrimitive> {
-        let (skin, _) = self.avatar.skin.pruned(MAX_INFLUENCES);
-        parts::write(&self.avatar, &skin, self.normals.as_deref(), materials, buffer)
-    }
 }
 
 /// The JSON chunk; takes the views and accessors of the buffer.

@@ -12,6 +12,7 @@ use super::mtoon;
 
 const UNLIT: &str = "KHR_materials_unlit";
 
+#[derive(Default)]
 pub(super) struct Written {
     pub materials: Vec<Material>,
     pub textures: Vec<Texture>,
@@ -26,10 +27,7 @@ pub(super) struct Written {
 
 struct Writer<'a> {
     buffer: &'a mut Buffer,
-    textures: Vec<Texture>,
-    images: Vec<Image>,
-    image_bytes: usize,
-    extensions: Vec<(&'static str, bool)>,
+    written: Written,
 }
 
 /// Appends the images and builds the materials.
@@ -41,13 +39,7 @@ pub(super) fn write(
     thumbnail: Option<&EmbeddedImage>,
     buffer: &mut Buffer,
 ) -> Written {
-    let mut writer = Writer {
-        buffer,
-        textures: Vec::new(),
-        images: Vec::new(),
-        image_bytes: 0,
-        extensions: Vec::new(),
-    };
+    let mut writer = Writer { buffer, written: Written::default() };
     let materials = materials.iter().map(|material| writer.material(material)).collect();
     // Textures repeat only if the layout leaves the unit square.
     let wrap = if is_inside { CLAMP_TO_EDGE } else { REPEAT };
@@ -55,11 +47,8 @@ pub(super) fn write(
     Written {
         materials,
         thumbnail: thumbnail.map(|picture| writer.image("thumbnail", picture)),
-        textures: writer.textures,
-        images: writer.images,
         samplers: vec![Sampler { mag_filter, min_filter, wrap_s: wrap, wrap_t: wrap }],
-        image_bytes: writer.image_bytes,
-        extensions: writer.extensions,
+        ..writer.written
     }
 }
 
@@ -122,22 +111,25 @@ impl Writer<'_> {
                 (None, Some(TextureExtensions::Ktx2(source)))
             }
         };
-        self.textures.push(Texture { sampler: 0, source, extensions });
-        TextureInfo { index: self.textures.len() - 1 }
+        let textures = &mut self.written.textures;
+        textures.push(Texture { sampler: 0, source, extensions });
+        TextureInfo { index: textures.len() - 1 }
     }
 
     fn image(&mut self, name: &str, picture: &EmbeddedImage) -> usize {
         let buffer_view = self.buffer.view(picture.bytes(), None);
         let mime_type = picture.format().mime_type();
-        self.images.push(Image { name: name.to_owned(), mime_type, buffer_view });
-        self.image_bytes += picture.bytes().len();
-        self.images.len() - 1
+        self.written.image_bytes += picture.bytes().len();
+        let images = &mut self.written.images;
+        images.push(Image { name: name.to_owned(), mime_type, buffer_view });
+        images.len() - 1
     }
 
     fn extension(&mut self, name: &'static str, is_required: bool) {
-        match self.extensions.iter_mut().find(|(known, _)| *known == name) {
+        let extensions = &mut self.written.extensions;
+        match extensions.iter_mut().find(|(known, _)| *known == name) {
             Some((_, required)) => *required |= is_required,
-            None => self.extensions.push((name, is_required)),
+            None => extensions.push((name, is_required)),
         }
     }
 }

@@ -20,6 +20,7 @@ pub(crate) struct Inputs<'a> {
     pub only: Option<u8>,
 }
 
+#[derive(Default)]
 pub(crate) struct Vertices {
     /// For each vertex, the mesh vertex it is a copy of.
     pub from: Vec<u32>,
@@ -45,15 +46,9 @@ impl Vertices {
         let Inputs { frames, materials, only } = inputs;
         let mut known = HashMap::with_capacity(mesh.positions().len() * 5 / 4);
         let mut vertices = Self {
-            from: Vec::new(),
-            materials: Vec::new(),
-            positions: Vec::new(),
-            normals: Vec::new(),
             tangents: frames.is_some().then(Vec::new),
-            uv: Vec::new(),
             indices: Vec::with_capacity(mesh.faces().len() * 3),
-            starts: Vec::new(),
-            copies: Vec::new(),
+            ..Self::default()
         };
         for (face, (corners, uv_corners)) in mesh.faces().iter().zip(mesh.uv_faces()).enumerate() {
             let [a, b, c] = *corners;

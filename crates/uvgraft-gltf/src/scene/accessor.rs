@@ -5,7 +5,7 @@
 
 use super::asset::Bytes;
 use super::budget::MAX_NUMBERS;
-use super::check::{find, too_many};
+use super::check::{find, slice, too_many};
 use super::document::{Accessor, Document};
 use super::error::SceneError;
 
@@ -106,27 +106,12 @@ impl<'a> Accessors<'a> {
         index: u32,
         wanted: Option<usize>,
     ) -> Result<Vec<[f32; N]>, SceneError> {
-        let place = format!("accessor {index}");
-        let (accessor, component) = self.checked::<N>(index, wanted, &place)?;
-        let mut values = vec![[0.0; N]; accessor.count as usize];
-        let decode = |bytes: &[u8], value: &mut [f32; N]| {
-            for (value, bytes) in value.iter_mut().zip(bytes.chunks_exact(component.size())) {
-                *value = component.float(bytes, accessor.normalized);
-            }
-        };
-        if let Some(dense) = self.dense(accessor, component.size() * N, &place)? {
-            for (at, value) in values.iter_mut().enumerate() {
-                decode(dense.element(at), value);
-            }
-        }
-        if let Some((indices, sparse)) = self.sparse(accessor, component.size() * N, &place)? {
-            for (at, &index) in indices.iter().enumerate() {
-                decode(sparse.element(at), &mut values[index as usize]);
-            }
-        }
+        let values = self.elements::<_, N>(index, wanted, |component, bytes, normalized| {
+            Some(component.float(bytes, normalized))
+        })?;
         if let Some(at) = values.iter().position(|value| !value.iter().all(|x| x.is_finite())) {
             let reason = format!("element {at} must be finite, got {:?}", values[at]);
-            return Err(SceneError::content(place, reason));
+            return Err(SceneError::content(format!("accessor {index}"), reason));
         }
         Ok(values)
     }
@@ -137,14 +122,24 @@ impl<'a> Accessors<'a> {
         index: u32,
         wanted: Option<usize>,
     ) -> Result<Vec<[u32; N]>, SceneError> {
+        self.elements(index, wanted, |component, bytes, _| component.uint(bytes))
+    }
+
+    /// - `number`: decodes a number, of which it receives the type, the bytes and whether it is
+    ///   normalized; `None` for one that is not an unsigned integer.
+    fn elements<T: Copy + Default, const N: usize>(
+        &mut self,
+        index: u32,
+        wanted: Option<usize>,
+        number: impl Fn(Component, &[u8], bool) -> Option<T>,
+    ) -> Result<Vec<[T; N]>, SceneError> {
         let place = format!("accessor {index}");
         let (accessor, component) = self.checked::<N>(index, wanted, &place)?;
-        let mut values = vec![[0; N]; accessor.count as usize];
-        let decode = |bytes: &[u8], value: &mut [u32; N]| {
+        let mut values = vec![[T::default(); N]; accessor.count as usize];
+        let decode = |bytes: &[u8], value: &mut [T; N]| {
             for (value, bytes) in value.iter_mut().zip(bytes.chunks_exact(component.size())) {
-                *value = component.uint(bytes).ok_or_else(|| {
-                    let reason = "must hold unsigned integers";
-                    SceneError::content(place.clone(), reason)
+                *value = number(component, bytes, accessor.normalized).ok_or_else(|| {
+                    SceneError::content(place.as_str(), "must hold unsigned integers")
                 })?;
             }
             Ok::<_, SceneError>(())
@@ -177,18 +172,8 @@ impl<'a> Accessors<'a> {
         let views = &self.document.buffer_views;
         let view = find(views, index, "buffer view", place)?;
         let place = format!("buffer view {index}");
-        let buffer = find(self.buffers, view.buffer, "buffer", &place)?;
-        let end = view.byte_offset.checked_add(view.byte_length);
-        let range = end.filter(|&end| end <= buffer.len() as u64);
-        let Some(end) = range else {
-            let (start, length, found) = (view.byte_offset, view.byte_length, buffer.len());
-            let reason = format!(
-                "{length} bytes at offset {start} exceed buffer {}, which has {found} bytes",
-                view.buffer
-            );
-            return Err(SceneError::content(place, reason));
-        };
-        Ok((&buffer[view.byte_offset as usize..end as usize], view.byte_stride))
+        let stored = (view.buffer, view.byte_offset, view.byte_length);
+        Ok((slice(self.buffers, stored, &place)?, view.byte_stride))
     }
 
     fn accessor(&self, index: u32) -> Result<&'a Accessor, SceneError> {

@@ -1,5 +1,6 @@
 //! Validation helpers shared by all readers of file contents.
 
+use super::asset::Bytes;
 use super::error::SceneError;
 
 /// Errors if `found` exceeds a limit of the reader.
@@ -20,4 +21,22 @@ pub(super) fn find<'a, T>(
         let reason = format!("refers to {what} {index}, but the file has {}", list.len());
         SceneError::content(place, reason)
     })
+}
+
+/// A checked range of a buffer.
+pub(super) fn slice<'a>(
+    buffers: &'a [Bytes<'_>],
+    (buffer, offset, length): (u32, u64, u64),
+    place: &str,
+) -> Result<&'a [u8], SceneError> {
+    let bytes = find(buffers, buffer, "buffer", place)?;
+    let end = offset.checked_add(length).filter(|&end| end <= bytes.len() as u64);
+    let end = end.ok_or_else(|| {
+        let found = bytes.len();
+        let reason = format!(
+            "{length} bytes at offset {offset} exceed buffer {buffer}, which has {found} bytes"
+        );
+        SceneError::content(place, reason)
+    })?;
+    Ok(&bytes[offset as usize..end as usize])
 }

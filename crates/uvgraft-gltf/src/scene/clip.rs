@@ -10,6 +10,7 @@ use super::accessor::Accessors;
 use super::check::find;
 use super::document::{Document, Sampler};
 use super::error::SceneError;
+use super::shared::shared;
 use super::transform::{LocalTransform, unit};
 
 /// An animation of a scene.
@@ -119,9 +120,8 @@ impl Path {
     /// - `targets`: number of the node's morph targets.
     const fn width(self, targets: usize) -> usize {
         match self {
-            Self::Translation | Self::Scale => 3,
-            Self::Rotation => 4,
             Self::Weights => targets,
+            _ => self.components(),
         }
     }
 }
@@ -141,33 +141,26 @@ impl<'k, 'a> KeyArrays<'k, 'a> {
 
     /// Times in ascending order.
     fn times(&mut self, index: u32, place: &str) -> Result<Arc<[f32]>, SceneError> {
-        if let Some(known) = self.times.get(&index) {
-            return Ok(Arc::clone(known));
-        }
-        let times: Arc<[f32]> = self.accessors.floats::<1>(index, None)?.concat().into();
-        if let Some(at) = (1..times.len()).find(|&k| times[k] < times[k - 1]) {
-            let (before, after) = (times[at - 1], times[at]);
-            let reason =
-                format!("times must increase, got {before} and then {after} at index {at}");
-            return Err(SceneError::content(place, reason));
-        }
-        self.times.insert(index, Arc::clone(&times));
-        Ok(times)
+        shared(&mut self.times, index, || {
+            let times = self.accessors.floats::<1>(index, None)?.concat();
+            if let Some(at) = (1..times.len()).find(|&k| times[k] < times[k - 1]) {
+                let (before, after) = (times[at - 1], times[at]);
+                let reason =
+                    format!("times must increase, got {before} and then {after} at index {at}");
+                return Err(SceneError::content(place, reason));
+            }
+            Ok(times.into())
+        })
     }
 
     fn values(&mut self, index: u32, path: Path) -> Result<Arc<[f32]>, SceneError> {
-        let key = (index, path.components());
-        if let Some(known) = self.values.get(&key) {
-            return Ok(Arc::clone(known));
-        }
-        let values: Arc<[f32]> = match path {
-            Path::Translation | Path::Scale => self.accessors.floats::<3>(index, None)?.concat(),
-            Path::Rotation => self.accessors.floats::<4>(index, None)?.concat(),
-            Path::Weights => self.accessors.floats::<1>(index, None)?.concat(),
-        }
-        .into();
-        self.values.insert(key, Arc::clone(&values));
-        Ok(values)
+        shared(&mut self.values, (index, path.components()), || {
+            Ok(match path.components() {
+                3 => self.accessors.floats::<3>(index, None)?.concat().into(),
+                4 => self.accessors.floats::<4>(index, None)?.concat().into(),
+                _ => self.accessors.floats::<1>(index, None)?.concat().into(),
+            })
+        })
     }
 }
 

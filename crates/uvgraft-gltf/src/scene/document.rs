@@ -58,10 +58,10 @@ pub(super) struct Root {
     pub nodes: Vec<u32>,
 }
 
-#[derive(Debug, Deserialize)]
+#[derive(Debug, Default, Deserialize)]
+#[serde(default)]
 pub(super) struct Node {
     pub name: Option<String>,
-    #[serde(default)]
     pub children: Vec<u32>,
     pub matrix: Option<[f32; 16]>,
     pub translation: Option<[f32; 3]>,
@@ -69,9 +69,7 @@ pub(super) struct Node {
     pub scale: Option<[f32; 3]>,
     pub mesh: Option<u32>,
     pub skin: Option<u32>,
-    #[serde(default)]
     pub weights: Vec<f32>,
-    #[serde(default)]
     pub extensions: NodeExtensions,
 }
 
@@ -99,25 +97,22 @@ pub(super) struct Mesh {
 }
 
 #[derive(Debug, Default, Deserialize)]
-#[serde(rename_all = "camelCase")]
+#[serde(default, rename_all = "camelCase")]
 pub(super) struct MeshExtras {
-    #[serde(default)]
     pub target_names: Vec<String>,
 }
 
-#[derive(Debug, Deserialize)]
+#[derive(Debug, Default, Deserialize)]
+#[serde(default)]
 pub(super) struct Primitive {
-    #[serde(default)]
     pub attributes: BTreeMap<String, u32>,
     pub indices: Option<u32>,
     pub material: Option<u32>,
     /// Triangles by default.
     pub mode: Option<u32>,
-    #[serde(default)]
     pub targets: Vec<BTreeMap<String, u32>>,
-    #[serde(default, deserialize_with = "lenient")]
+    #[serde(deserialize_with = "lenient")]
     pub extras: MeshExtras,
-    #[serde(default)]
     pub extensions: PrimitiveExtensions,
 }
 
@@ -142,12 +137,11 @@ pub(super) struct Skin {
     pub joints: Vec<u32>,
 }
 
-#[derive(Debug, Deserialize)]
+#[derive(Debug, Default, Deserialize)]
+#[serde(default)]
 pub(super) struct Animation {
     pub name: Option<String>,
-    #[serde(default)]
     pub channels: Vec<Channel>,
-    #[serde(default)]
     pub samplers: Vec<Sampler>,
 }
 
@@ -250,11 +244,10 @@ pub(super) struct Fallback {
     pub fallback: bool,
 }
 
-#[derive(Debug, Deserialize)]
-#[serde(rename_all = "camelCase")]
+#[derive(Debug, Default, Deserialize)]
+#[serde(default, rename_all = "camelCase")]
 pub(super) struct Material {
     pub name: Option<String>,
-    #[serde(default)]
     pub pbr_metallic_roughness: Pbr,
     pub normal_texture: Option<TextureInfo>,
     pub occlusion_texture: Option<TextureInfo>,
@@ -262,9 +255,7 @@ pub(super) struct Material {
     pub emissive_factor: Option<[f32; 3]>,
     pub alpha_mode: Option<String>,
     pub alpha_cutoff: Option<f32>,
-    #[serde(default)]
     pub double_sided: bool,
-    #[serde(default)]
     pub extensions: MaterialExtensions,
 }
 
@@ -324,11 +315,9 @@ pub(super) struct TextureInfoExtensions {
 }
 
 #[derive(Debug, Clone, Copy, Default, PartialEq, Deserialize)]
-#[serde(rename_all = "camelCase")]
+#[serde(default, rename_all = "camelCase")]
 pub(super) struct TextureTransform {
-    #[serde(default)]
     pub offset: [f32; 2],
-    #[serde(default)]
     pub rotation: f32,
     pub scale: Option<[f32; 2]>,
     pub tex_coord: Option<u32>,

@@ -174,10 +174,7 @@ fn read_primitive(
         all_uv.push(arrays.uv(stored, count, source)?);
     }
 
-    let colors = match attribute("COLOR_0") {
-        Some(index) => Some(arrays.colors(index, count)?),
-        None => None,
-    };
+    let colors = attribute("COLOR_0").map(|index| arrays.colors(index, count)).transpose()?;
     let normals = match attribute("NORMAL") {
         Some(index) => Normals::Given(arrays.vectors(index, Some(count))?),
         None => Normals::Missing(arrays.first_at_position(place_of, &positions)),

@@ -91,7 +91,7 @@ pub struct Scene {
 }
 
 /// A node of the hierarchy.
-#[derive(Debug)]
+#[derive(Debug, Default)]
 struct Node {
     name: String,
     parent: Option<usize>,
@@ -200,13 +200,7 @@ impl Scene {
         let skins = skins(document, &mut accessors)?;
         check_joints(&shown, &nodes, &meshes, &skins)?;
         let targets: Vec<usize> = nodes.iter().map(|node| node.weights.len()).collect();
-        let from_vrm0 = match vrm0 {
-            Some(vrm0) => {
-                let meshes: Vec<_> = document.nodes.iter().map(|node| node.mesh).collect();
-                Some(vrm0.as_vrm1(&meshes, document.meshes.len())?)
-            }
-            None => None,
-        };
+        let from_vrm0 = vrm0.as_ref().map(|vrm0| vrm0.as_vrm1(document)).transpose()?;
         let vrm = document.extensions.vrm.as_ref().or(from_vrm0.as_ref());
         Ok(Self {
             clips: clip::clips(document, &mut accessors, &targets)?,
@@ -287,10 +281,7 @@ fn nodes(
     for (index, node) in document.nodes.iter().enumerate() {
         let place = format!("node {index}");
         let rest = placement(node, &place)?;
-        let mesh = match node.mesh {
-            Some(mesh) => Some(find(meshes, mesh, "mesh", &place)?),
-            None => None,
-        };
+        let mesh = node.mesh.map(|mesh| find(meshes, mesh, "mesh", &place)).transpose()?;
         if let Some(skin) = node.skin {
             find(&document.skins, skin, "skin", &place)?;
         }
@@ -357,15 +348,8 @@ fn turn_around(nodes: &mut Vec<Node>) {
     for root in nodes.iter_mut().filter(|node| node.parent.is_none()) {
         root.parent = Some(above);
     }
-    nodes.push(Node {
-        name: String::new(),
-        parent: None,
-        rest: LocalTransform { rotation: [0.0, 1.0, 0.0, 0.0], ..LocalTransform::default() },
-        mesh: None,
-        skin: None,
-        weights: Vec::new(),
-        instances: None,
-    });
+    let rest = LocalTransform { rotation: [0.0, 1.0, 0.0, 0.0], ..LocalTransform::default() };
+    nodes.push(Node { rest, ..Node::default() });
 }
 
 /// All nodes in breadth-first order, so parents come first.

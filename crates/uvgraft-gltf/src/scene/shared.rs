@@ -3,6 +3,8 @@
 //! Exporters of VRM write a face's vertices and morph targets once, for a primitive for each material.
 
 use std::collections::HashMap;
+use std::collections::hash_map::Entry;
+use std::hash::Hash;
 use std::sync::Arc;
 
 use glam::Vec3;
@@ -21,6 +23,18 @@ pub(super) type UvKey = (Option<u32>, usize, Option<[u32; 5]>);
 
 /// Triangles: their accessor, or none for all vertices in order; their mode, and the number of vertices.
 pub(super) type TrianglesKey = (Option<u32>, u32, usize);
+
+/// An array, which is read unless it is known.
+pub(super) fn shared<K: Eq + Hash, T: ?Sized>(
+    known: &mut HashMap<K, Arc<T>>,
+    key: K,
+    read: impl FnOnce() -> Result<Arc<T>, SceneError>,
+) -> Result<Arc<T>, SceneError> {
+    match known.entry(key) {
+        Entry::Occupied(known) => Ok(Arc::clone(known.get())),
+        Entry::Vacant(unknown) => Ok(Arc::clone(unknown.insert(read()?))),
+    }
+}
 
 /// Reads arrays of a file, and remembers them by their accessors.
 pub(super) struct SharedArrays<'s, 'a> {
@@ -78,18 +92,14 @@ impl<'s, 'a> SharedArrays<'s, 'a> {
         count: usize,
         source: &UvSource,
     ) -> Result<Arc<[[f32; 2]]>, SceneError> {
-        let key = (index, count, source.transform_bits());
-        if let Some(known) = self.uv.get(&key) {
-            return Ok(Arc::clone(known));
-        }
-        let mut uv = match index {
-            Some(index) => self.accessors.floats::<2>(index, Some(count))?,
-            None => vec![[0.0; 2]; count],
-        };
-        source.transform(&mut uv);
-        let read: Arc<[_]> = uv.into();
-        self.uv.insert(key, Arc::clone(&read));
-        Ok(read)
+        shared(&mut self.uv, (index, count, source.transform_bits()), || {
+            let mut uv = match index {
+                Some(index) => self.accessors.floats::<2>(index, Some(count))?,
+                None => vec![[0.0; 2]; count],
+            };
+            source.transform(&mut uv);
+            Ok(uv.into())
+        })
     }
 
     /// Linear RGBA.
@@ -110,21 +120,15 @@ impl<'s, 'a> SharedArrays<'s, 'a> {
         place: &str,
     ) -> Result<Arc<[[u32; 3]]>, SceneError> {
         let key = (primitive.indices, primitive.mode.unwrap_or(4), count);
-        if let Some(known) = self.triangles.get(&key) {
-            return Ok(Arc::clone(known));
-        }
-        let read: Arc<[_]> = read_triangles(primitive, count, place, self.accessors)?.into();
-        self.triangles.insert(key, Arc::clone(&read));
-        Ok(read)
+        shared(&mut self.triangles, key, || {
+            Ok(read_triangles(primitive, count, place, self.accessors)?.into())
+        })
     }
 
     pub fn displacements(&mut self, index: u32, count: usize) -> Result<Displacements, SceneError> {
-        if let Some(known) = self.displacements.get(&(index, count)) {
-            return Ok(Arc::clone(known));
-        }
-        let read = read_displacements(index, count, self.accessors)?;
-        self.displacements.insert((index, count), Arc::clone(&read));
-        Ok(read)
+        shared(&mut self.displacements, (index, count), || {
+            read_displacements(index, count, self.accessors)
+        })
     }
 
     pub fn influences(

@@ -9,22 +9,20 @@ use std::collections::BTreeMap;
 use serde::Deserialize;
 
 use super::check::find;
+use super::document::Document;
 use super::error::SceneError;
 use super::vrm1::{Expression, Expressions, HumanBone, Humanoid, MorphTargetBind, Vrm};
 
-#[derive(Debug, Deserialize)]
-#[serde(rename_all = "camelCase")]
+#[derive(Debug, Default, Deserialize)]
+#[serde(default, rename_all = "camelCase")]
 pub(super) struct Vrm0 {
-    #[serde(default)]
     humanoid: Bones,
-    #[serde(default)]
     blend_shape_master: Groups,
 }
 
 #[derive(Debug, Default, Deserialize)]
-#[serde(rename_all = "camelCase")]
+#[serde(default, rename_all = "camelCase")]
 struct Bones {
-    #[serde(default)]
     human_bones: Vec<Bone>,
 }
 
@@ -36,21 +34,17 @@ struct Bone {
 }
 
 #[derive(Debug, Default, Deserialize)]
-#[serde(rename_all = "camelCase")]
+#[serde(default, rename_all = "camelCase")]
 struct Groups {
-    #[serde(default)]
     blend_shape_groups: Vec<Group>,
 }
 
-#[derive(Debug, Deserialize)]
-#[serde(rename_all = "camelCase")]
+#[derive(Debug, Default, Deserialize)]
+#[serde(default, rename_all = "camelCase")]
 struct Group {
-    #[serde(default)]
     name: String,
     preset_name: Option<String>,
-    #[serde(default)]
     is_binary: bool,
-    #[serde(default)]
     binds: Vec<Bind>,
 }
 
@@ -72,16 +66,13 @@ impl Vrm0 {
 
     /// Converts to VRM 1.0.
     ///
-    /// - `mesh_of_node`: mesh of each node.
-    /// - `meshes`: number of meshes in the file.
-    ///
     /// # Errors
     /// [`SceneError`] if a blend shape refers to a missing mesh.
-    pub fn as_vrm1(&self, mesh_of_node: &[Option<u32>], meshes: usize) -> Result<Vrm, SceneError> {
-        let mut nodes_of = vec![Vec::new(); meshes];
-        for (node, mesh) in (0..).zip(mesh_of_node) {
-            let nodes = mesh.and_then(|mesh| nodes_of.get_mut(mesh as usize));
-            nodes.into_iter().for_each(|nodes| nodes.push(node));
+    pub fn as_vrm1(&self, document: &Document) -> Result<Vrm, SceneError> {
+        let mut nodes_of = vec![Vec::new(); document.meshes.len()];
+        for (number, node) in (0..).zip(&document.nodes) {
+            let nodes = node.mesh.and_then(|mesh| nodes_of.get_mut(mesh as usize));
+            nodes.into_iter().for_each(|nodes| nodes.push(number));
         }
         let mut human_bones = BTreeMap::new();
         for bone in &self.humanoid.human_bones {

@@ -8,18 +8,16 @@ use std::collections::BTreeMap;
 use serde::Deserialize;
 
 /// The extension `VRMC_vrm`.
-#[derive(Debug, Deserialize)]
+#[derive(Debug, Default, Deserialize)]
+#[serde(default)]
 pub(super) struct Vrm {
-    #[serde(default)]
     pub humanoid: Humanoid,
-    #[serde(default)]
     pub expressions: Expressions,
 }
 
 #[derive(Debug, Default, Deserialize)]
-#[serde(rename_all = "camelCase")]
+#[serde(default, rename_all = "camelCase")]
 pub(super) struct Humanoid {
-    #[serde(default)]
     pub human_bones: BTreeMap<String, HumanBone>,
 }
 
@@ -29,19 +27,16 @@ pub(super) struct HumanBone {
 }
 
 #[derive(Debug, Default, Deserialize)]
+#[serde(default)]
 pub(super) struct Expressions {
-    #[serde(default)]
     pub preset: BTreeMap<String, Expression>,
-    #[serde(default)]
     pub custom: BTreeMap<String, Expression>,
 }
 
-#[derive(Debug, Deserialize)]
-#[serde(rename_all = "camelCase")]
+#[derive(Debug, Default, Deserialize)]
+#[serde(default, rename_all = "camelCase")]
 pub(super) struct Expression {
-    #[serde(default)]
     pub morph_target_binds: Vec<MorphTargetBind>,
-    #[serde(default)]
     pub is_binary: bool,
 }
 

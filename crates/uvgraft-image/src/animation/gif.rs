@@ -11,7 +11,7 @@ use gif::{DisposalMethod, Encoder, EncodingError, Frame, Repeat};
 use uvgraft::{Texture, threads};
 
 use super::palette::Palette;
-use super::{Animation, AnimationError, bytes_of, durations};
+use super::{Animation, AnimationError, bytes_of, changed_region, durations};
 
 /// The last index: transparent, so that the previous frame shows.
 const CLEAR: u8 = 255;
@@ -111,31 +111,20 @@ fn bayer(x: u32, y: u32) -> u32 {
 
 /// The part of a frame that differs from the previous one, transparent where it does not.
 fn changed(now: &[u8], before: Option<&[u8]>, width: usize) -> Frame<'static> {
-    let height = now.len() / width;
     let differs = |at: usize| before.is_none_or(|before| before[at] != now[at]);
-    let (mut left, mut top, mut right, mut bottom) = (width, height, 0, 0);
-    for y in 0..height {
-        for x in (0..width).filter(|x| differs(y * width + x)) {
-            (left, right) = (left.min(x), right.max(x + 1));
-            (top, bottom) = (top.min(y), y + 1);
-        }
-    }
-    if left >= right {
-        // A frame must have at least one pixel.
-        (left, top, right, bottom) = (0, 0, 1, 1);
-    }
-    let mut buffer = Vec::with_capacity((right - left) * (bottom - top));
-    for y in top..bottom {
-        buffer.extend((left..right).map(|x| {
+    let [columns, rows] = changed_region(width, now.len() / width, differs);
+    let mut buffer = Vec::with_capacity(columns.len() * rows.len());
+    for y in rows.clone() {
+        buffer.extend(columns.clone().map(|x| {
             let at = y * width + x;
             if differs(at) { now[at] } else { CLEAR }
         }));
     }
     Frame {
-        left: left as u16,
-        top: top as u16,
-        width: (right - left) as u16,
-        height: (bottom - top) as u16,
+        left: columns.start as u16,
+        top: rows.start as u16,
+        width: columns.len() as u16,
+        height: rows.len() as u16,
         transparent: Some(CLEAR),
         buffer: buffer.into(),
         ..Frame::default()

@@ -5,6 +5,7 @@ mod palette;
 mod webp;
 
 use std::io::Write;
+use std::ops::Range;
 use std::path::Path;
 
 use uvgraft::{Texels, Texture};
@@ -69,6 +70,25 @@ pub enum AnimationError {
 fn durations(frames: usize, fps: f32, per_second: f32) -> impl Iterator<Item = u32> {
     let ends = move |frame: usize| (frame as f32 * per_second / fps).round() as u32;
     (0..frames).map(move |frame| (ends(frame + 1) - ends(frame)).max(1))
+}
+
+/// The smallest rectangle with all pixels that differ from the previous frame: its columns and rows.
+///
+/// - `differs`: whether a pixel does.
+fn changed_region(
+    width: usize,
+    height: usize,
+    differs: impl Fn(usize) -> bool,
+) -> [Range<usize>; 2] {
+    let (mut left, mut top, mut right, mut bottom) = (width, height, 0, 0);
+    for y in 0..height {
+        for x in (0..width).filter(|x| differs(y * width + x)) {
+            (left, right) = (left.min(x), right.max(x + 1));
+            (top, bottom) = (top.min(y), y + 1);
+        }
+    }
+    // A frame must have at least one pixel.
+    if left >= right { [0..1, 0..1] } else { [left..right, top..bottom] }
 }
 
 /// The bytes of compatible frames, and whether they have alpha.

@@ -8,7 +8,7 @@ use std::io::{Cursor, Write};
 
 use uvgraft::{Channels, Encoding, Size, Texels, Texture, threads};
 
-use super::{Animation, AnimationError, bytes_of, durations};
+use super::{Animation, AnimationError, bytes_of, changed_region, durations};
 use crate::webp::riff_chunk;
 use crate::{Format, Image, WriteOptions};
 
@@ -86,29 +86,16 @@ impl ChangedRegion {
 
     /// The pixels of an RGB frame that differ from the previous one.
     fn changed(now: &[u8], before: &[u8], width: usize) -> Result<Self, AnimationError> {
-        let differs = |x: usize, y: usize| {
-            let at = (y * width + x) * 3;
-            now[at..at + 3] != before[at..at + 3]
-        };
-        let height = now.len() / 3 / width;
-        let (mut left, mut top, mut right, mut bottom) = (width, height, 0, 0);
-        for y in 0..height {
-            for x in (0..width).filter(|&x| differs(x, y)) {
-                (left, right) = (left.min(x), right.max(x + 1));
-                (top, bottom) = (top.min(y), y + 1);
-            }
-        }
-        if left >= right {
-            // A frame must have at least one pixel.
-            (left, top, right, bottom) = (0, 0, 1, 1);
-        }
-        (left, top) = (left / 2 * 2, top / 2 * 2);
+        let (now, before) = (now.as_chunks::<3>().0, before.as_chunks::<3>().0);
+        let differs = |at: usize| now[at] != before[at];
+        let [columns, rows] = changed_region(width, now.len() / width, differs);
+        let (left, top) = (columns.start / 2 * 2, rows.start / 2 * 2);
+        let (right, bottom) = (columns.end, rows.end);
         let mut pixels = Vec::with_capacity((right - left) * (bottom - top) * 4);
         for y in top..bottom {
-            for x in left..right {
-                let at = (y * width + x) * 3;
-                let [r, g, b] = [now[at], now[at + 1], now[at + 2]];
-                pixels.extend(if differs(x, y) { [r, g, b, 255] } else { [0; 4] });
+            for at in y * width + left..y * width + right {
+                let [r, g, b] = now[at];
+                pixels.extend(if differs(at) { [r, g, b, 255] } else { [0; 4] });
             }
         }
         let size = Size::new((right - left) as u32, (bottom - top) as u32);

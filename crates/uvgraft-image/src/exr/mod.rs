@@ -23,9 +23,7 @@ use self::colors::Colors;
 use self::encode::RowEncoder;
 use super::codec::{Codec, Decode, Decoded, Encode, Source};
 use super::convert::unpremultiply;
-use super::exif::FocalLength;
 use super::header::{MAX_RATIO, MAX_UNBACKED_BYTES, StoredHeader, check_bytes, check_size};
-use super::orientation::Orientation;
 use super::{DeclaredSpace, Format, ImageError};
 
 impl Format {
@@ -134,7 +132,6 @@ fn layout(headers: &[Header]) -> Result<ChannelLayout, ImageError> {
     ];
     let primaries = colors::primaries(header.shared_attributes.chromaticities);
     let neutral = colors::neutral(&primaries, header.own_attributes.adopted_neutral);
-    let orientation = Orientation::default();
     let block_rows = match header.blocks {
         BlockDescription::ScanLines => header.compression.scan_lines_per_block(),
         BlockDescription::Tiles(tiles) => tiles.tile_size.height(),
@@ -144,13 +141,9 @@ fn layout(headers: &[Header]) -> Result<ChannelLayout, ImageError> {
     // Channels are decoded separately, as floats, and then interleaved.
     let planes = 2 * size.texels().max(stored.texels()) as u64 * channels.count() as u64 * 4;
     let header = StoredHeader {
-        size,
-        channels,
-        depth: Depth::F32,
-        orientation,
-        focal: FocalLength::default(),
         // Those that are not used are decoded, too, from blocks that may have all rows.
         scratch_bytes: planes.max(stored_bytes + 2 * block_bytes),
+        ..StoredHeader::new(size, channels, Depth::F32)
     };
     let colors = Colors { primaries, neutral, is_luminance_chroma };
     Ok(ChannelLayout { header, sources, colors, stored, offset, stored_bytes })

@@ -110,17 +110,9 @@ fn open(reader: &mut (impl BufRead + Seek)) -> Result<(StoredHeader, Signs), Ima
     let frame = frame.ok_or_else(|| ImageError::damaged(FORMAT, "no frame before the scan"))?;
     let (size, channels) = frame.layout()?;
     let orientation = Orientation::from_blocks(&exif, &xmp);
-    Ok((
-        StoredHeader {
-            size,
-            channels,
-            depth: Depth::U8,
-            orientation,
-            focal,
-            scratch_bytes: frame.scratch_bytes(),
-        },
-        Signs { frame, is_jfif },
-    ))
+    let (depth, scratch_bytes) = (Depth::U8, frame.scratch_bytes());
+    let header = StoredHeader { size, channels, depth, orientation, focal, scratch_bytes };
+    Ok((header, Signs { frame, is_jfif }))
 }
 
 pub(super) fn decode(bytes: &[u8]) -> Result<Decoded, ImageError> {

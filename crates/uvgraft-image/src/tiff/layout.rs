@@ -11,7 +11,6 @@ use super::tags::{self, extra, photometric, predictor, sample_format};
 use super::ycbcr::YCbCr;
 use super::{FORMAT, damaged, unsupported};
 use crate::ImageError;
-use crate::exif::FocalLength;
 use crate::header::{StoredHeader, check_size};
 use crate::orientation::Orientation;
 
@@ -110,10 +109,9 @@ impl Layout {
             (true, true) => Channels::Rgba,
         };
         let size = check_size(FORMAT, (width, height), channels, depth)?;
-        let orientation = Orientation::from_tag(directory.number(tags::ORIENTATION)?.unwrap_or(1));
-        let focal = FocalLength::default();
-        let mut header =
-            StoredHeader { size, channels, depth, orientation, focal, scratch_bytes: 0 };
+        let mut header = StoredHeader::new(size, channels, depth);
+        let orientation = directory.number(tags::ORIENTATION)?.unwrap_or(1);
+        header.orientation = Orientation::from_tag(orientation);
         // Strips and tiles as stored, until their rows are put together.
         header.scratch_bytes = header.bytes();
 

@@ -82,19 +82,14 @@ impl<R: Read + Seek> Archive<R> {
     /// The bytes of an entry, checked against its stated size and checksum.
     pub(crate) fn read(&mut self, index: usize) -> Result<Vec<u8>, ArraysError> {
         self.stream(index, |entry, size| {
-            let too_large = || broken(format!("not enough memory for {size} bytes"));
+            let too_large = || Unread::broken(format!("not enough memory for {size} bytes"));
             let capacity = usize::try_from(size).map_err(|_| too_large())?;
             let mut bytes = Vec::new();
             bytes.try_reserve_exact(capacity).map_err(|_| too_large())?;
-            entry.read_to_end(&mut bytes).map_err(|error| broken(error.to_string()))?;
+            entry.read_to_end(&mut bytes).map_err(|error| Unread::broken(error.to_string()))?;
             Ok(bytes)
         })?
-        .map_err(|unread| match unread {
-            Unread::Refused(error) => error,
-            Unread::Unusable(problem) | Unread::Broken(problem) => {
-                ArraysError::Array { name: self.shown(index), problem }
-            }
-        })
+        .map_err(|unread| unread.into_error(&self.names[index]))
     }
 
     /// Passes the stream of an entry and its stated size to a function, which may read all of it or
@@ -117,26 +112,16 @@ impl<R: Read + Seek> Archive<R> {
         let mut limited = entry.by_ref().take(size);
         let result = read(&mut limited, size);
         let missing = limited.limit();
-        if missing > 0 {
-            if result.is_err() {
-                return Ok(result);
-            }
-            // A part was left unread on purpose, unless the entry is too short.
-            let mut further = [0];
-            let more = limited.read(&mut further).map_err(|error| broken(error.to_string()))?;
-            if more == 0 {
-                let found = size - missing;
-                return Err(broken(format!(
-                    "must have {size} bytes as its entry states, got {found}"
-                )));
-            }
+        if missing > 0 && result.is_err() {
             return Ok(result);
         }
-        // The checksum is verified only at the end of the entry.
+        // If a part was left unread, it was on purpose, unless the entry is too short. Otherwise
+        // the checksum is verified only at the end of the entry.
         let mut further = [0];
-        let more = entry.read(&mut further).map_err(|error| broken(error.to_string()))?;
-        if more > 0 {
-            let found = size + more as u64;
+        let more = if missing > 0 { limited.read(&mut further) } else { entry.read(&mut further) };
+        let more = more.map_err(|error| broken(error.to_string()))? as u64;
+        if (more > 0) != (missing > 0) {
+            let found = size - missing + more;
             return Err(broken(format!("must have {size} bytes as its entry states, got {found}")));
         }
         Ok(result)
@@ -145,8 +130,4 @@ impl<R: Read + Seek> Archive<R> {
     fn shown(&self, index: usize) -> String {
         shown(self.names.get(index).map_or(&[][..], |name| name.as_bytes()))
     }
-}
-
-fn broken(problem: String) -> Unread {
-    Unread::Broken(problem)
 }

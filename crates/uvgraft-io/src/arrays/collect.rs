@@ -4,7 +4,6 @@ use super::error::{ArraysError, MAX_NAMES, MAX_NUMBERS, MAX_REPEATED_NUMBERS, Un
 use super::named::{Held, NamedArrays};
 use super::numeric::{Numbers, NumericArray, count};
 use super::sparse;
-use crate::numpy::NumberKind;
 use crate::numpy::text::lenient;
 use crate::pickle::{Array, Class, Object, Value};
 
@@ -45,20 +44,19 @@ struct Budget {
 
 impl Budget {
     fn spend(&mut self, count: usize) -> Result<(), Unread> {
-        let left = self.numbers.checked_sub(count);
-        let most = self.most as u64;
-        self.numbers =
-            left.ok_or(Unread::Refused(ArraysError::TooMany { what: "numbers", most }))?;
-        Ok(())
+        spend(&mut self.numbers, count, "numbers", self.most)
     }
 
     fn spend_items(&mut self, count: usize) -> Result<(), Unread> {
-        let left = self.items.checked_sub(count);
-        let most = MAX_ITEMS as u64;
-        self.items =
-            left.ok_or(Unread::Refused(ArraysError::TooMany { what: "list items", most }))?;
-        Ok(())
+        spend(&mut self.items, count, "list items", MAX_ITEMS)
     }
+}
+
+fn spend(left: &mut usize, count: usize, what: &'static str, most: usize) -> Result<(), Unread> {
+    let most = most as u64;
+    let rest = left.checked_sub(count);
+    *left = rest.ok_or(Unread::Refused(ArraysError::TooMany { what, most }))?;
+    Ok(())
 }
 
 impl<'o> Collector<'o> {
@@ -226,7 +224,6 @@ impl<'o> Collector<'o> {
     }
 
     fn object(&mut self, object: Object<'_>, depth: usize) -> Result<NumericArray, Unread> {
-        let broken = |problem: &str| Unread::Broken(problem.to_owned());
         // One object may be reached many times through others.
         self.budget.spend_items(1)?;
         match object.class() {
@@ -238,24 +235,23 @@ impl<'o> Collector<'o> {
             }
             Class::Chumpy => {
                 let x = object.attribute("x");
-                self.array(x.ok_or_else(|| broken("a chumpy array must have an `x`"))?, depth)
+                let x = x.ok_or_else(|| Unread::broken("a chumpy array must have an `x`"))?;
+                self.array(x, depth)
             }
             Class::ChumpySelect => {
                 let (a, places) = (object.attribute("a"), object.attribute("idxs"));
                 let (Some(a), Some(places)) = (a, places) else {
-                    return Err(broken("a chumpy selection must have `a` and `idxs`"));
+                    return Err(Unread::broken("a chumpy selection must have `a` and `idxs`"));
                 };
                 let (a, places) = (self.array(a, depth)?, self.array(places, depth)?);
-                let shape = match object.attribute("preferred_shape") {
-                    Some(shape) => Some(self.array(shape, depth)?),
-                    None => None,
-                };
+                let shape = object.attribute("preferred_shape");
+                let shape = shape.map(|shape| self.array(shape, depth)).transpose()?;
                 self.spend(places.numbers().len())?;
                 chosen(a, &places, shape.as_ref())
             }
             Class::Parameter => match object.arg(0).and_then(Value::as_object) {
                 Some(tensor) if tensor.class() == Class::Tensor => self.object(tensor, depth),
-                _ => Err(broken("a parameter must have a tensor")),
+                _ => Err(Unread::broken("a parameter must have a tensor")),
             },
             Class::Tensor => match &mut self.outside {
                 Some(outside) => outside.tensor(object, &mut |count| self.budget.spend(count)),
@@ -288,9 +284,8 @@ impl<'o> Collector<'o> {
         }
         let (mut shape, numbers) = stack.unwrap_or((Vec::new(), Numbers::I64(Vec::new())));
         shape.insert(0, length);
-        NumericArray::new(shape, numbers).ok_or_else(|| {
-            Unread::Broken("the length of a list does not match its items".to_owned())
-        })
+        NumericArray::new(shape, numbers)
+            .ok_or_else(|| Unread::broken("the length of a list does not match its items"))
     }
 }
 
@@ -299,8 +294,8 @@ fn part(
     value: Value<'_>,
     spend: impl FnOnce(usize) -> Result<(), Unread>,
 ) -> Result<NumericArray, Unread> {
-    let broken = || Unread::Broken("a sparse matrix must consist of arrays".to_owned());
-    let array = value.as_array().ok_or_else(broken)?;
+    let array = value.as_array();
+    let array = array.ok_or_else(|| Unread::broken("a sparse matrix must consist of arrays"))?;
     spend(array.count())?;
     plain(&array)
 }
@@ -313,17 +308,8 @@ pub(crate) fn single(value: Value<'_>) -> Value<'_> {
 
 /// A NumPy array.
 pub(crate) fn plain(array: &Array<'_>) -> Result<NumericArray, Unread> {
-    let numbers = Numbers::decode(array.dtype(), array.bytes()).ok_or_else(|| {
-        debug_assert_eq!(array.dtype().kind, NumberKind::Unsigned, "all others are read");
-        Unread::Unusable("an array of integers beyond 63 bits".to_owned())
-    })?;
-    let shape = array.shape().to_vec();
-    let array = if array.is_fortran_order() {
-        NumericArray::new_in_fortran_order(shape, numbers)
-    } else {
-        NumericArray::new(shape, numbers)
-    };
-    array.ok_or_else(|| Unread::Broken("shape and number of values do not match".to_owned()))
+    let (shape, is_fortran) = (array.shape().to_vec(), array.is_fortran_order());
+    NumericArray::stored(shape, is_fortran, array.dtype(), array.bytes())
 }
 
 /// Selects values of an array; negative indices count from its end.

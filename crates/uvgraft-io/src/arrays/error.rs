@@ -114,6 +114,20 @@ pub(crate) enum Unread {
     Refused(ArraysError),
 }
 
+impl Unread {
+    pub(crate) fn broken(problem: impl Into<String>) -> Self {
+        Self::Broken(problem.into())
+    }
+
+    /// The error for an array that cannot be skipped.
+    pub(crate) fn into_error(self, name: &str) -> ArraysError {
+        match self {
+            Self::Unusable(problem) | Self::Broken(problem) => ArraysError::array(name, problem),
+            Self::Refused(error) => error,
+        }
+    }
+}
+
 impl ArraysError {
     pub(crate) fn array(name: &str, problem: impl Into<String>) -> Self {
         Self::Array { name: shown(name.as_bytes()), problem: problem.into() }

@@ -4,8 +4,7 @@
 
 use super::error::Unread;
 use super::named::Held;
-use super::numeric::NumericArray;
-use super::numeric::{Numbers, count};
+use super::numeric::{NumericArray, count};
 use crate::numpy::text::TextDtype;
 use crate::numpy::{Dtype, MAX_AXES, NpyArray, length};
 use crate::obj::shown;
@@ -105,15 +104,6 @@ pub(crate) fn read<'a>(
     };
     check(Some(dtype.width))?;
     spend(array.values.len() / dtype.width)?;
-    let numbers = Numbers::decode(dtype, array.values)
-        .ok_or_else(|| Unread::Unusable("an array of integers beyond 63 bits".to_owned()))?;
-    let array = if array.fortran_order {
-        NumericArray::new_in_fortran_order(shape, numbers)
-    } else {
-        NumericArray::new(shape, numbers)
-    };
-    match array {
-        Some(array) => Ok(Content::Held(Held::Array(array))),
-        None => Err(Unread::Broken("shape and number of values do not match".to_owned())),
-    }
+    let array = NumericArray::stored(shape, array.fortran_order, dtype, array.values)?;
+    Ok(Content::Held(Held::Array(array)))
 }

@@ -2,6 +2,7 @@
 
 use std::borrow::Cow;
 
+use super::error::Unread;
 use crate::numpy::order::last_axis_fastest;
 use crate::numpy::{Dtype, NumberKind};
 
@@ -51,6 +52,22 @@ impl NumericArray {
             Numbers::I64(values) => Numbers::I64(last_axis_fastest(&values, &shape)),
         };
         Some(Self { shape, numbers })
+    }
+
+    /// As [`NumericArray::new`], from the bytes of the values in a file.
+    pub(super) fn stored(
+        shape: Vec<usize>,
+        is_fortran: bool,
+        dtype: Dtype,
+        bytes: &[u8],
+    ) -> Result<Self, Unread> {
+        let numbers = Numbers::decode(dtype, bytes).ok_or_else(beyond_63_bits)?;
+        let array = if is_fortran {
+            Self::new_in_fortran_order(shape, numbers)
+        } else {
+            Self::new(shape, numbers)
+        };
+        array.ok_or_else(|| Unread::broken("shape and number of values do not match"))
     }
 
     /// As [`NumericArray::new`], from the bytes of the values; `None` also for integers beyond 63
@@ -111,6 +128,10 @@ impl NumericArray {
             Numbers::I64(values) => Some(values.clone()),
         }
     }
+}
+
+pub(super) fn beyond_63_bits() -> Unread {
+    Unread::Unusable("an array of integers beyond 63 bits".to_owned())
 }
 
 fn whole(value: f64) -> Option<i64> {

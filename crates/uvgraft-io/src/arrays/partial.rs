@@ -58,17 +58,13 @@ impl ArrayFile {
     /// # Errors
     /// [`ReadError`] as [`read`](super::read).
     pub fn open(input: impl Into<Input>) -> Result<Self, ReadError<ArraysError>> {
-        Self::open_input(&input.into())
-    }
-
-    fn open_input(input: &Input) -> Result<Self, ReadError<ArraysError>> {
+        let input = input.into();
         let name = || input.name().to_path_buf();
-        let zipped = zipped(input).map_err(|reason| ReadError::Io { path: name(), reason })?;
+        let zipped = zipped(&input).map_err(|reason| ReadError::Io { path: name(), reason })?;
         if let Some(zipped) = zipped {
             let archive = Archive::new(zipped, MAX_UNPACKED_BYTES)
                 .map_err(|reason| ReadError::Content { path: name(), reason })?;
-            let is_torch = |name: &String| name == "data.pkl" || name.ends_with("/data.pkl");
-            if !archive.names().iter().any(is_torch) {
+            if crate::torch::pickle_of(&archive).is_none() {
                 return Ok(Self { name: name(), content: Source::Zip(archive) });
             }
         }

@@ -5,8 +5,7 @@ use std::ops::Range;
 
 use super::error::Unread;
 use super::npy::Described;
-use super::numeric::Numbers;
-use super::numeric::NumericArray;
+use super::numeric::{Numbers, NumericArray, beyond_63_bits};
 
 /// Chunk size in bytes.
 const PIECE: usize = 1 << 18;
@@ -52,14 +51,14 @@ pub(super) fn decode(
             })
         };
         if !fits {
-            return Err(Unread::Unusable("an array of integers beyond 63 bits".to_owned()));
+            return Err(beyond_63_bits());
         }
     }
     let mut shape = shape.clone();
     if let (Some(_), Some(last)) = (straight, shape.last_mut()) {
         *last = kept;
     }
-    let disagree = || Unread::Broken("shape and number of values do not match".to_owned());
+    let disagree = || Unread::broken("shape and number of values do not match");
     if described.fortran_order {
         let array = NumericArray::new_in_fortran_order(shape, numbers).ok_or_else(disagree)?;
         return match columns {

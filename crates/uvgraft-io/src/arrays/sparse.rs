@@ -11,10 +11,6 @@ use super::numeric::{Numbers, NumericArray};
 use crate::numpy::length;
 use crate::pickle::{Class, Object, Value};
 
-fn broken(problem: impl Into<String>) -> Unread {
-    Unread::Broken(problem.into())
-}
-
 /// How the coordinates of values are stored.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Format {
@@ -42,7 +38,7 @@ pub(super) fn shape(matrix: Object<'_>) -> Result<[usize; 2], Unread> {
         .filter(|sides| sides.len() == 2)
         .and_then(|sides| sides.map(side).collect());
     let Some(&[height, width]) = shape.as_deref() else {
-        return Err(broken("the shape of a sparse matrix must have two dimensions"));
+        return Err(Unread::broken("the shape of a sparse matrix must have two dimensions"));
     };
     Ok([height, width])
 }
@@ -61,7 +57,9 @@ pub(super) fn pickled<'p>(
     let coords = match matrix.attribute("coords").and_then(Value::items) {
         Some(coords) => match coords.take(3).collect::<Vec<Value<'_>>>()[..] {
             [rows, columns] => Some([rows, columns]),
-            _ => return Err(broken("`coords` of a sparse matrix must be a pair of arrays")),
+            _ => {
+                return Err(Unread::broken("`coords` of a sparse matrix must be a pair of arrays"));
+            }
         },
         None => None,
     };
@@ -71,7 +69,7 @@ pub(super) fn pickled<'p>(
             ("col", Some([_, columns])) => Some(columns),
             _ => matrix.attribute(name),
         };
-        numbers(value.ok_or_else(|| broken(format!("a sparse matrix must have `{name}`")))?)
+        numbers(value.ok_or_else(|| Unread::broken(format!("a sparse matrix must have `{name}`")))?)
     })
 }
 
@@ -84,7 +82,9 @@ pub(super) fn coordinates(
     let (_, values) = part("data")?.into_parts();
     let mut integers = |name| {
         let found = part(name)?.integers();
-        found.ok_or_else(|| broken(format!("`{name}` of a sparse matrix must hold integers")))
+        found.ok_or_else(|| {
+            Unread::broken(format!("`{name}` of a sparse matrix must hold integers"))
+        })
     };
     let [height, width] = shape;
     let (rows, columns) = match format {
@@ -100,12 +100,14 @@ pub(super) fn coordinates(
         Format::Coo => (integers("row")?, integers("col")?),
     };
     if rows.len() != columns.len() || rows.len() > values.len() {
-        return Err(broken("a sparse matrix has different numbers of coordinates and values"));
+        return Err(Unread::broken(
+            "a sparse matrix has different numbers of coordinates and values",
+        ));
     }
     let inside = |at: i64, length| usize::try_from(at).is_ok_and(|at| at < length);
     for (&row, &column) in rows.iter().zip(&columns) {
         if !(inside(row, height) && inside(column, width)) {
-            return Err(broken(format!(
+            return Err(Unread::broken(format!(
                 "a sparse matrix of {height} x {width} has a value at {row}, {column}"
             )));
         }
@@ -139,7 +141,7 @@ pub(super) fn dense<'p>(
         }
     };
     NumericArray::new(vec![height, width], numbers)
-        .ok_or_else(|| broken("the shape of a sparse matrix does not match its values"))
+        .ok_or_else(|| Unread::broken("the shape of a sparse matrix does not match its values"))
 }
 
 /// The row or column of each value: line `i` holds those from `starts[i]` to `starts[i + 1]`.
@@ -149,7 +151,9 @@ fn spread(starts: &[i64], lines: usize, numbers: usize) -> Result<Vec<i64>, Unre
     // After the last start there may be reserved but unused values.
     let fits = matches!(ends, (Some(0), Some(&last)) if last as u64 <= numbers as u64);
     if starts.len().checked_sub(1) != Some(lines) || !steps || !fits {
-        return Err(broken("`indptr` of a sparse matrix does not match its shape and `data`"));
+        return Err(Unread::broken(
+            "`indptr` of a sparse matrix does not match its shape and `data`",
+        ));
     }
     let mut found = Vec::with_capacity(numbers);
     for (line, pair) in starts.windows(2).enumerate() {
@@ -161,7 +165,7 @@ fn spread(starts: &[i64], lines: usize, numbers: usize) -> Result<Vec<i64>, Unre
 /// The used part of an index array, which may have unused entries.
 fn begin(mut indices: Vec<i64>, used: usize) -> Result<Vec<i64>, Unread> {
     if indices.len() < used {
-        return Err(broken("a sparse matrix has fewer `indices` than values"));
+        return Err(Unread::broken("a sparse matrix has fewer `indices` than values"));
     }
     indices.truncate(used);
     Ok(indices)

@@ -54,9 +54,9 @@ impl SparseMatrix {
                 "col" => &columns,
                 _ => &data,
             };
-            part.clone().ok_or_else(|| Unread::Broken("too many elements".to_owned()))
+            part.clone().ok_or_else(|| Unread::broken("too many elements"))
         });
-        found.and_then(Self::compressed).map_err(|unread| refused("", unread))
+        found.and_then(Self::compressed).map_err(|unread| unread.into_error(""))
     }
 
     /// A pickled SciPy matrix of the formats CSC, CSR and COO; `None` for other values.
@@ -72,7 +72,7 @@ impl SparseMatrix {
         }
         // Each of its arrays is read once, so that none is repeated.
         let found = Collector::new(None, usize::MAX).coordinates(object).and_then(Self::compressed);
-        Some(found.map_err(|unread| refused(name, unread)))
+        Some(found.map_err(|unread| unread.into_error(name)))
     }
 
     /// The matrix of an archive of `scipy.sparse.save_npz`; `None` for other archives, which don't have
@@ -117,7 +117,7 @@ impl SparseMatrix {
             }
         });
         let matrix = found.and_then(Self::compressed);
-        matrix.map_err(|unread| refusal.unwrap_or_else(|| refused("data", unread)))
+        matrix.map_err(|unread| refusal.unwrap_or_else(|| unread.into_error("data")))
     }
 
     /// The elements of a dense pickled array of two axes other than zero; `None` for other arrays.
@@ -254,13 +254,6 @@ impl SparseMatrix {
             let row = pair[0] as usize..pair[1] as usize;
             (&self.columns[row.clone()], &self.values[row])
         })
-    }
-}
-
-fn refused(name: &str, unread: Unread) -> ArraysError {
-    match unread {
-        Unread::Unusable(problem) | Unread::Broken(problem) => ArraysError::array(name, problem),
-        Unread::Refused(error) => error,
     }
 }
 

@@ -21,26 +21,13 @@ pub struct TexelGrid {
     ///
     /// From the `uv_grid` of Song et al. they are `(g + 1) / 2`: their code computes UV coordinates of
     /// the source at texel centres and stores `2 * uv - 1`. That is where the texel lies on the
-    /// source's surface, which correspondences need. It is not quite where their code samples; see
-    /// [`TexelGrid::as_sampled`].
+    /// source's surface, which correspondences need. It is not quite where their code samples, by
+    /// `torch.nn.functional.grid_sample` with `align_corners=True`: there -1 and 1 are the centres of
+    /// the first and last texel rather than the edges of the image, half a texel off at most.
     pub uv: Vec<[f32; 2]>,
 }
 
 impl TexelGrid {
-    /// The UV coordinates at which `torch.nn.functional.grid_sample` with `align_corners=True` reads a
-    /// source of `source` texels, given the same grid. There -1 and 1 are the centres of the first and
-    /// last texel rather than the edges of the image, so that positions are off by up to half a texel:
-    /// `u = ((g + 1) / 2 * (width - 1) + 0.5) / width`.
-    ///
-    /// This reproduces what the code of Song et al. samples, and undoes grids that were written for it.
-    pub fn as_sampled(&self, source: Size) -> Vec<[f32; 2]> {
-        let sides = [source.width, source.height].map(|side| f64::from(side.max(1)));
-        let read = |uv: &[f32; 2]| {
-            [0, 1].map(|k| ((f64::from(uv[k]) * (sides[k] - 1.0) + 0.5) / sides[k]) as f32)
-        };
-        self.uv.iter().map(read).collect()
-    }
-
     /// Number of texels that have a position.
     pub fn count(&self) -> usize {
         self.uv.iter().filter(|uv| !uv[0].is_nan()).count()

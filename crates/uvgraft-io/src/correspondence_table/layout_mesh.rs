@@ -52,14 +52,12 @@ struct Triangle {
 /// [`MeshError`]; [`MeshError::NoFaces`] if no corners were found.
 pub fn layout_mesh(layout: &TexelLayout) -> Result<LayoutMesh, MeshError> {
     let triangles = triangles(layout);
-    let exact = match &layout.uv {
-        Some(uv) => with_uv(layout, uv, &triangles)?,
-        None => None,
-    };
-    match exact {
-        Some(made) => Ok(made),
-        None => from_texels(layout, &triangles),
+    if let Some(uv) = &layout.uv
+        && let Some(made) = with_uv(layout, uv, &triangles)?
+    {
+        return Ok(made);
     }
+    from_texels(layout, &triangles)
 }
 
 fn triangles(layout: &TexelLayout) -> Vec<Triangle> {

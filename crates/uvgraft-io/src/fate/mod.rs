@@ -187,10 +187,8 @@ fn read_pictures(color: &Path, size: u32) -> Result<FateTexture, ReadError<FateE
     let color = read_picture(color, Channels::Rgb, size, |value| {
         (0.5 + HARMONIC * PICTURE_RANGE * (2.0 * value - 1.0)).clamp(0.0, 1.0)
     })?;
-    let confidence = match opacity {
-        Some(path) => Some(read_picture(&path, Channels::Grey, size, |value| value)?),
-        None => None,
-    };
+    let opacity = opacity.map(|path| read_picture(&path, Channels::Grey, size, |value| value));
+    let confidence = opacity.transpose()?;
     Ok(FateTexture { color, confidence })
 }
 

@@ -1,7 +1,6 @@
 //! Lists of integers in NumPy's NPY arrays.
 
 use super::{IntegersError, List};
-use crate::numpy::header::HeaderError;
 use crate::numpy::{Dtype, NpyArray};
 use crate::obj::shown;
 
@@ -61,21 +60,11 @@ fn check_length(array: &NpyArray<'_>, width: usize) -> Result<(), IntegersError>
     array.check_length(width).map_err(|wanted| IntegersError::NpyLength { wanted, found })
 }
 
-impl From<HeaderError> for IntegersError {
-    fn from(error: HeaderError) -> Self {
-        match error {
-            HeaderError::Version { major, minor } => Self::NpyVersion { major, minor },
-            HeaderError::Truncated { wanted, found } => Self::NpyCutShort { wanted, found },
-            HeaderError::Header { found, wanted } => Self::NpyHeader { found, wanted },
-        }
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use super::super::{parse, parse_or_mask};
     use super::*;
-    use crate::numpy::MAGIC;
+    use crate::numpy::{HeaderError, MAGIC};
 
     fn file(version: u8, header: &str, values: &[u8]) -> Vec<u8> {
         let mut bytes = [MAGIC, &[version, 0]].concat();
@@ -182,14 +171,14 @@ mod tests {
         let mut long_header = file(2, "{}", b"");
         long_header[8..12].copy_from_slice(&u32::MAX.to_le_bytes());
         let cut_short = parse(&long_header).unwrap_err();
-        assert_eq!(cut_short, IntegersError::NpyCutShort { wanted: 4_294_967_307, found: 14 });
+        assert_eq!(cut_short, HeaderError::Truncated { wanted: 4_294_967_307, found: 14 }.into());
         assert_eq!(
             parse(b"\x93NUMPY\x01\0v").unwrap_err().to_string(),
             "truncated NPY file: header must have 10 bytes, got 9"
         );
         assert_eq!(
             parse(b"\x93NUMPY\x04\0\0\0"),
-            Err(IntegersError::NpyVersion { major: 4, minor: 0 })
+            Err(HeaderError::Version { major: 4, minor: 0 }.into())
         );
     }
 
@@ -207,7 +196,7 @@ mod tests {
             ),
         ] {
             let error = parse(&file(1, header, &[0; 8])).unwrap_err();
-            assert_eq!(error, IntegersError::NpyHeader { found: found.into(), wanted });
+            assert_eq!(error, HeaderError::Header { found: found.into(), wanted }.into());
         }
         let nested = format!("{{'descr': {}", "[".repeat(60_000));
         assert!(parse(&file(1, &nested, &[])).is_err());

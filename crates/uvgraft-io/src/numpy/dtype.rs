@@ -51,14 +51,30 @@ impl Dtype {
         matches!(self.kind, NumberKind::Signed | NumberKind::Unsigned)
     }
 
-    /// Decodes one integer; as the error, the unsigned one beyond 63 bits.
-    pub(crate) fn integer(self, bytes: &[u8]) -> Result<i64, u64> {
+    /// The bytes of a number, the least significant first.
+    fn word(self, bytes: &[u8]) -> [u8; 8] {
         let mut word = [0; 8];
         word[..self.width].copy_from_slice(bytes);
         if self.big_endian {
             word[..self.width].reverse();
         }
-        let value = u64::from_le_bytes(word);
+        word
+    }
+
+    /// Decodes one integer or a float of at least 32 bits.
+    pub(crate) fn number(self, bytes: &[u8]) -> f64 {
+        match (self.kind, self.word(bytes)) {
+            (NumberKind::Float, [a, b, c, d, ..]) if self.width == 4 => {
+                f32::from_le_bytes([a, b, c, d]).into()
+            }
+            (NumberKind::Float, word) => f64::from_le_bytes(word),
+            _ => self.integer(bytes).map_or_else(|beyond| beyond as f64, |value| value as f64),
+        }
+    }
+
+    /// Decodes one integer; as the error, the unsigned one beyond 63 bits.
+    pub(crate) fn integer(self, bytes: &[u8]) -> Result<i64, u64> {
+        let value = u64::from_le_bytes(self.word(bytes));
         let unused_bits = 64 - 8 * self.width as u32;
         if self.kind == NumberKind::Signed {
             // Extends the sign.

@@ -10,15 +10,34 @@
 use super::MAGIC;
 use crate::obj::shown;
 
-/// Why a header was rejected.
+/// Why the header of an NPY file was rejected.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
-pub(crate) enum HeaderError {
+#[non_exhaustive]
+pub enum HeaderError {
+    /// An unknown version of the format.
     #[error("NPY format version must be 1.0, 2.0 or 3.0, got {major}.{minor}")]
-    Version { major: u8, minor: u8 },
+    Version {
+        /// Major version.
+        major: u8,
+        /// Minor version.
+        minor: u8,
+    },
+    /// The file ends within the header.
     #[error("truncated NPY file: header must have {wanted} bytes, got {found}")]
-    Truncated { wanted: u64, found: usize },
+    Truncated {
+        /// Size of the header, including what precedes it.
+        wanted: u64,
+        /// Bytes in the file.
+        found: usize,
+    },
+    /// The header is not a Python dictionary of the three entries that describe an array.
     #[error("NPY header: must have {wanted}, got `{found}`")]
-    Header { found: String, wanted: &'static str },
+    Header {
+        /// The malformed part, shortened.
+        found: String,
+        /// What it must be.
+        wanted: &'static str,
+    },
 }
 
 fn wrong(found: &[u8], wanted: &'static str) -> HeaderError {

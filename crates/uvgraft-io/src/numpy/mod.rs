@@ -12,6 +12,7 @@ use std::io::{self, Write};
 
 pub(crate) use self::array::NpyArray;
 pub use self::dtype::{Dtype, NumberKind};
+pub use self::header::HeaderError;
 
 /// The magic of NPY files.
 pub(crate) const MAGIC: &[u8] = b"\x93NUMPY";

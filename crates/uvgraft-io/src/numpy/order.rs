@@ -2,27 +2,30 @@
 
 /// Reorders values from Fortran order, in which the first axis is contiguous, to C order.
 pub(crate) fn last_axis_fastest<T: Copy>(values: &[T], shape: &[usize]) -> Vec<T> {
-    let mut step = 1;
-    let mut axes: Vec<(usize, usize, usize)> = Vec::with_capacity(shape.len());
-    for &length in shape {
-        axes.push((0, length, step));
-        step *= length;
-    }
-    let mut at = 0;
-    let mut next = || {
-        let value = values[at];
+    let steps: Vec<usize> = (0..shape.len()).map(|axis| shape[..axis].iter().product()).collect();
+    places(shape, &steps).take(values.len()).map(|at| values[at]).collect()
+}
+
+/// The places of values in C order, over and over.
+///
+/// - `steps`: how far the next value along each axis is.
+pub(crate) fn places(shape: &[usize], steps: &[usize]) -> impl Iterator<Item = usize> {
+    let axes = shape.iter().zip(steps);
+    let mut axes: Vec<_> = axes.map(|(&length, &step)| (0, length, step)).collect();
+    let mut next = 0;
+    std::iter::repeat_with(move || {
+        let at = next;
         for (place, length, step) in axes.iter_mut().rev() {
             *place += 1;
-            at += *step;
+            next += *step;
             if *place < *length {
                 break;
             }
             *place = 0;
-            at -= *step * *length;
+            next -= *step * *length;
         }
-        value
-    };
-    (0..values.len()).map(|_| next()).collect()
+        at
+    })
 }
 
 /// Reorders values from C order to Fortran order; the inverse of [`last_axis_fastest`].

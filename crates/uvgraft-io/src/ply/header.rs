@@ -1,6 +1,7 @@
 //! The header of a PLY file: its format, elements and properties.
 
 use super::PlyError;
+use crate::numpy::Dtype;
 use crate::obj::shown;
 
 /// Maximum size of a header. Those of scanners with many comments have a few kilobytes.
@@ -14,55 +15,28 @@ pub(super) enum Encoding {
     BigEndian,
 }
 
-/// The type of a number.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) enum Scalar {
-    I8,
-    U8,
-    I16,
-    U16,
-    I32,
-    U32,
-    F32,
-    F64,
-}
-
-impl Scalar {
-    fn named(name: &[u8]) -> Option<Self> {
-        Some(match name {
-            b"char" | b"int8" => Self::I8,
-            b"uchar" | b"uint8" => Self::U8,
-            b"short" | b"int16" => Self::I16,
-            b"ushort" | b"uint16" => Self::U16,
-            b"int" | b"int32" => Self::I32,
-            b"uint" | b"uint32" => Self::U32,
-            b"float" | b"float32" => Self::F32,
-            b"double" | b"float64" => Self::F64,
-            _ => return None,
-        })
-    }
-
-    pub(super) const fn is_integer(self) -> bool {
-        !matches!(self, Self::F32 | Self::F64)
-    }
-
-    pub(super) const fn width(self) -> usize {
-        match self {
-            Self::I8 | Self::U8 => 1,
-            Self::I16 | Self::U16 => 2,
-            Self::I32 | Self::U32 | Self::F32 => 4,
-            Self::F64 => 8,
-        }
-    }
+/// The type of a number, of either byte order.
+fn scalar(name: &[u8]) -> Option<Dtype> {
+    Dtype::from_text(match name {
+        b"char" | b"int8" => "i1",
+        b"uchar" | b"uint8" => "u1",
+        b"short" | b"int16" => "i2",
+        b"ushort" | b"uint16" => "u2",
+        b"int" | b"int32" => "i4",
+        b"uint" | b"uint32" => "u4",
+        b"float" | b"float32" => "f4",
+        b"double" | b"float64" => "f8",
+        _ => return None,
+    })
 }
 
 #[derive(Debug)]
 pub(super) struct Property {
     pub name: String,
     /// Type of the count of a list.
-    pub list: Option<Scalar>,
+    pub list: Option<Dtype>,
     /// Type of the value, or of a list's items.
-    pub scalar: Scalar,
+    pub scalar: Dtype,
 }
 
 #[derive(Debug)]
@@ -184,7 +158,7 @@ fn element(name: &[u8], count: &[u8]) -> Result<Element, String> {
 
 fn property(words: &[&[u8]]) -> Result<Property, String> {
     let scalar = |name: &[u8]| {
-        Scalar::named(name).ok_or_else(|| {
+        scalar(name).ok_or_else(|| {
             format!(
                 "type of a property must be one such as uchar, int or float, got `{}`",
                 shown(name)

@@ -1,7 +1,8 @@
 //! The values after a PLY header, one after the other.
 
 use super::PlyError;
-use super::header::{Element, Encoding, Header, Property, Scalar};
+use super::header::{Element, Encoding, Header, Property};
+use crate::numpy::Dtype;
 use crate::obj::shown;
 
 /// A position in the values.
@@ -46,7 +47,7 @@ impl<'a> Values<'a> {
             // A digit and a blank.
             (true, _) => 2,
             // A list may be empty.
-            (false, list) => list.unwrap_or(property.scalar).width() as u64,
+            (false, list) => list.unwrap_or(property.scalar).width as u64,
         };
         let row: u64 = element.properties.iter().map(least).sum();
         let left = self.rest.len() as u64;
@@ -60,30 +61,16 @@ impl<'a> Values<'a> {
     }
 
     /// The next value.
-    pub(super) fn number(&mut self, scalar: Scalar, row: Row<'_>) -> Result<f64, PlyError> {
-        let big = match self.encoding {
+    pub(super) fn number(&mut self, scalar: Dtype, row: Row<'_>) -> Result<f64, PlyError> {
+        let big_endian = match self.encoding {
             Encoding::Ascii => return self.word(scalar, row),
             Encoding::LittleEndian => false,
             Encoding::BigEndian => true,
         };
         let (word, rest) =
-            self.rest.split_at_checked(scalar.width()).ok_or_else(|| row.truncated())?;
+            self.rest.split_at_checked(scalar.width).ok_or_else(|| row.truncated())?;
         self.rest = rest;
-        let mut bytes = [0; 8];
-        for (k, &byte) in word.iter().enumerate() {
-            bytes[if big { word.len() - 1 - k } else { k }] = byte;
-        }
-        let [a, b, c, d, ..] = bytes;
-        Ok(match scalar {
-            Scalar::I8 => f64::from(a.cast_signed()),
-            Scalar::U8 => f64::from(a),
-            Scalar::I16 => f64::from(i16::from_le_bytes([a, b])),
-            Scalar::U16 => f64::from(u16::from_le_bytes([a, b])),
-            Scalar::I32 => f64::from(i32::from_le_bytes([a, b, c, d])),
-            Scalar::U32 => f64::from(u32::from_le_bytes([a, b, c, d])),
-            Scalar::F32 => f64::from(f32::from_le_bytes([a, b, c, d])),
-            Scalar::F64 => f64::from_le_bytes(bytes),
-        })
+        Ok(Dtype { big_endian, ..scalar }.number(word))
     }
 
     /// The values of a property: one, or those of a list, in `into`, which is cleared first.
@@ -109,7 +96,7 @@ impl<'a> Values<'a> {
         Ok(())
     }
 
-    fn word(&mut self, scalar: Scalar, row: Row<'_>) -> Result<f64, PlyError> {
+    fn word(&mut self, scalar: Dtype, row: Row<'_>) -> Result<f64, PlyError> {
         self.skip_blanks();
         let length = self.rest.iter().position(u8::is_ascii_whitespace).unwrap_or(self.rest.len());
         let (word, rest) = self.rest.split_at(length);

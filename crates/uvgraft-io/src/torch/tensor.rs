@@ -7,6 +7,7 @@ use crate::arrays::archive::ArchiveInMemory;
 use crate::arrays::collect::Outside;
 use crate::arrays::error::Unread;
 use crate::arrays::numeric::NumericArray;
+use crate::numpy::order::places;
 use crate::numpy::{Dtype, NumberKind, length};
 use crate::obj::shown;
 use crate::pickle::{Class, Object, StorageKind, Value};
@@ -29,10 +30,6 @@ struct Strides {
     steps: Vec<usize>,
 }
 
-fn broken(problem: impl Into<String>) -> Unread {
-    Unread::Broken(problem.into())
-}
-
 impl<'t, 'a> Storages<'t, 'a> {
     pub(super) fn new(
         archive: &'t mut ArchiveInMemory<'a>,
@@ -47,12 +44,12 @@ impl<'t, 'a> Storages<'t, 'a> {
         let parts: Vec<Value<'_>> =
             id.persistent().and_then(Value::items).into_iter().flatten().take(6).collect();
         let [tag, class, key, _, count] = parts[..] else {
-            return Err(broken("a tensor must have a storage of five entries"));
+            return Err(Unread::broken("a tensor must have a storage of five entries"));
         };
         let (Some("storage"), Some(Class::Storage(kind)), Some(key), Some(count)) =
             (tag.as_str(), class.as_class(), key.as_str(), count.as_int())
         else {
-            return Err(broken("unknown name of a tensor's storage"));
+            return Err(Unread::broken("unknown name of a tensor's storage"));
         };
         let bytes = match self.unpacked.get(key) {
             Some(bytes) => Rc::clone(bytes),
@@ -60,7 +57,7 @@ impl<'t, 'a> Storages<'t, 'a> {
                 let name = format!("{}data/{key}", self.folder);
                 let index = self.archive.names().iter().position(|found| *found == name);
                 let index = index.ok_or_else(|| {
-                    broken(format!(
+                    Unread::broken(format!(
                         "the archive must contain the storage `{}`",
                         shown(key.as_bytes())
                     ))
@@ -74,7 +71,7 @@ impl<'t, 'a> Storages<'t, 'a> {
         let wanted = usize::try_from(count).ok().and_then(|count| count.checked_mul(width(kind)));
         if wanted != Some(bytes.len()) {
             let (width, found) = (width(kind), bytes.len());
-            return Err(broken(format!(
+            return Err(Unread::broken(format!(
                 "a storage of {count} values of {width} bytes cannot have {found} bytes"
             )));
         }
@@ -88,17 +85,18 @@ impl Outside for Storages<'_, '_> {
         tensor: Object<'_>,
         spend: &mut dyn FnMut(usize) -> Result<(), Unread>,
     ) -> Result<NumericArray, Unread> {
-        let arg = |index| tensor.arg(index).ok_or_else(|| broken("tensor with too few entries"));
+        let arg =
+            |index| tensor.arg(index).ok_or_else(|| Unread::broken("tensor with too few entries"));
         let (storage, offset, shape, strides) = (arg(0)?, arg(1)?, arg(2)?, arg(3)?);
-        let offset = size(offset).ok_or_else(|| broken("tensor without an offset"))?;
-        let shape = sizes(shape).ok_or_else(|| broken("tensor without a shape"))?;
+        let offset = size(offset).ok_or_else(|| Unread::broken("tensor without an offset"))?;
+        let shape = sizes(shape).ok_or_else(|| Unread::broken("tensor without a shape"))?;
         let steps = sizes(strides).filter(|steps| steps.len() == shape.len());
-        let steps =
-            steps.ok_or_else(|| broken("a tensor must have a stride for each dimension"))?;
+        let steps = steps
+            .ok_or_else(|| Unread::broken("a tensor must have a stride for each dimension"))?;
         let strides = Strides { offset, shape, steps };
         let count = strides.shape.iter().copied().try_fold(1, usize::checked_mul);
         let count = count.ok_or_else(|| {
-            broken(format!("tensor of shape {:?} has too many values", strides.shape))
+            Unread::broken(format!("tensor of shape {:?} has too many values", strides.shape))
         })?;
         spend(count)?;
         let (kind, bytes) = self.storage(storage)?;
@@ -107,7 +105,7 @@ impl Outside for Storages<'_, '_> {
             Some(dtype) => NumericArray::decode(strides.shape, dtype, &bytes),
             None => NumericArray::decode_brain(strides.shape, &bytes, self.big_endian),
         };
-        array.ok_or_else(|| broken("shape and number of values do not match"))
+        array.ok_or_else(|| Unread::broken("shape and number of values do not match"))
     }
 }
 
@@ -124,25 +122,14 @@ impl Strides {
         let numbers = bytes.len() / width;
         if last.is_none_or(|last| last >= numbers) {
             let Self { offset, shape, steps } = self;
-            return Err(broken(format!(
+            return Err(Unread::broken(format!(
                 "tensor of shape {shape:?}, strides {steps:?} and offset {offset} exceeds its \
                  storage of {numbers} values"
             )));
         }
         let mut gathered = Vec::with_capacity(count * width);
-        let mut place = vec![0; self.shape.len()];
-        let mut at = self.offset;
-        for _ in 0..count {
-            gathered.extend_from_slice(&bytes[at * width..][..width]);
-            for axis in (0..place.len()).rev() {
-                place[axis] += 1;
-                at += self.steps[axis];
-                if place[axis] < self.shape[axis] {
-                    break;
-                }
-                place[axis] = 0;
-                at -= self.steps[axis] * self.shape[axis];
-            }
+        for at in places(&self.shape, &self.steps).take(count) {
+            gathered.extend_from_slice(&bytes[(self.offset + at) * width..][..width]);
         }
         Ok(gathered)
     }

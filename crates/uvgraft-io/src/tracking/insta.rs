@@ -13,12 +13,12 @@
 
 use std::path::{Path, PathBuf};
 
+use super::TrackedFrame;
 use super::camera::Pose;
 use super::error::{ReadTrackingError, TrackingError};
 use super::flame::{FlameParameters, MAX_COEFFICIENTS, Shared, coefficients, from_six_numbers};
 use super::paths::{Reach, existing, number, optional, stated};
-use super::transforms::{self, Frame, Optics};
-use super::{Subset, TrackedCamera, TrackedFrame};
+use super::transforms;
 use uvgraft_files::input::{Input, ReadError};
 
 /// Maximum size of a list of coefficients.
@@ -26,28 +26,7 @@ const MAX_BYTES: u64 = 1 << 16;
 
 pub(super) fn read(folder: &Path) -> Result<Vec<TrackedFrame>, ReadTrackingError> {
     let mut shape = Shared::default();
-    transforms::frames(
-        folder,
-        |index, frame, shared| Found::of(folder, index, frame, shared),
-        |found, index, _, subset| found.frame(folder, index, subset, &mut shape),
-    )
-}
-
-/// The checked content of a frame; its files are not read yet.
-struct Found {
-    image: PathBuf,
-    mesh: Option<PathBuf>,
-    expression: PathBuf,
-    camera: TrackedCamera,
-}
-
-impl Found {
-    fn of(
-        folder: &Path,
-        index: usize,
-        frame: &Frame,
-        shared: &Optics,
-    ) -> Result<Self, TrackingError> {
+    transforms::frames(folder, |index, frame, shared, subset| {
         let path = |name, path: &str| stated(folder, (index, name), path, Reach::Folder);
         let expression = frame
             .exp_path
@@ -55,26 +34,14 @@ impl Found {
             .ok_or_else(|| TrackingError::value("exp_path", "the path of a file", "nothing"))?;
         let mesh = frame.mesh_path.as_deref().map(|mesh| path("mesh_path", mesh)).transpose()?;
         let pose = Pose::from_rows("transform_matrix", &frame.transform_matrix)?.inverse();
-        Ok(Self {
-            image: path("file_path", &frame.file_path)?,
-            mesh: mesh.and_then(optional),
-            expression: path("exp_path", expression)?,
-            camera: pose.camera(&frame.optics().intrinsics(shared)?)?,
-        })
-    }
-
-    fn frame(
-        self,
-        folder: &Path,
-        index: usize,
-        subset: Subset,
-        shape: &mut Shared<f32>,
-    ) -> Result<TrackedFrame, ReadTrackingError> {
-        let Self { image, mesh, expression, camera } = self;
+        let image = path("file_path", &frame.file_path)?;
+        let mesh = mesh.and_then(optional);
+        let expression = path("exp_path", expression)?;
+        let camera = pose.camera(&frame.optics().intrinsics(shared)?)?;
         let name = expression.file_name().unwrap_or_default().to_owned();
         let other = |parameter: &str| {
             let path = optional(folder.join("flame").join(parameter).join(&name));
-            path.map(|path| Ok((numbers(&path)?, path))).transpose()
+            path.map(|path| numbers(&path).map(|found| (found, path))).transpose()
         };
         let flame = FlameParameters {
             expression: numbers(&expression)?,
@@ -94,7 +61,7 @@ impl Found {
             camera,
             flame,
         })
-    }
+    })
 }
 
 type Numbers = (Vec<f32>, PathBuf);

@@ -138,10 +138,8 @@ fn optimised(arrays: &NamedArrays, size: Size) -> Result<TrackedCamera, Tracking
 
 fn flame(arrays: &NamedArrays, shape: &mut Shared<f32>) -> Result<FlameParameters, TrackingError> {
     let get = |name| row(name, arrays.require(name)?);
-    let eyelids = match arrays.get("flame.eyelids").map(NumericArray::f32s) {
-        Some(values) => Some(fixed("flame.eyelids", &values)?),
-        None => None,
-    };
+    let eyelids = arrays.get("flame.eyelids").map(NumericArray::f32s);
+    let eyelids = eyelids.map(|values| fixed("flame.eyelids", &values)).transpose()?;
     let [jaw] = from_six_numbers("flame.jaw", &get("flame.jaw")?)?;
     Ok(FlameParameters {
         expression: get("flame.exp")?,

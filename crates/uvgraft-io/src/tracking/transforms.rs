@@ -127,15 +127,33 @@ fn files(folder: &Path) -> Vec<(PathBuf, Subset)> {
     }
 }
 
+/// Why a frame was not read.
+pub(super) enum FrameError {
+    /// Its content was refused.
+    Content(TrackingError),
+    /// So was a file of it.
+    File(ReadTrackingError),
+}
+
+impl From<TrackingError> for FrameError {
+    fn from(error: TrackingError) -> Self {
+        Self::Content(error)
+    }
+}
+
+impl From<ReadTrackingError> for FrameError {
+    fn from(error: ReadTrackingError) -> Self {
+        Self::File(error)
+    }
+}
+
 /// The frames of all files of a folder, in order.
 ///
-/// - `check`: of a frame's number in its file, the frame, and what the file's frames share. The file is
-///   named in its errors.
-/// - `read`: of what was found, the number, the frame and the file's subset.
-pub(super) fn frames<F>(
+/// - `read`: of a frame's number in its file, the frame, what the file's frames share, and the file's
+///   subset.
+pub(super) fn frames(
     folder: &Path,
-    check: impl Fn(usize, &Frame, &Optics) -> Result<F, TrackingError>,
-    mut read: impl FnMut(F, usize, Frame, Subset) -> Result<TrackedFrame, ReadTrackingError>,
+    mut read: impl FnMut(usize, Frame, &Optics, Subset) -> Result<TrackedFrame, FrameError>,
 ) -> Result<Vec<TrackedFrame>, ReadTrackingError> {
     let mut frames = Vec::new();
     for (path, subset) in files(folder) {
@@ -144,9 +162,11 @@ pub(super) fn frames<F>(
         let content = |reason| ReadError::Content { path: path.clone(), reason };
         check_frames(frames.len() + file.frames.0.len()).map_err(content)?;
         for (index, frame) in file.frames.0.into_iter().enumerate() {
-            let found = check(index, &frame, &shared);
-            let found = found.map_err(|reason| content(reason.in_frame(index)))?;
-            frames.push(read(found, index, frame, subset)?);
+            let frame = read(index, frame, &shared, subset);
+            frames.push(frame.map_err(|error| match error {
+                FrameError::Content(reason) => content(reason.in_frame(index)),
+                FrameError::File(error) => error,
+            })?);
         }
     }
     Ok(frames)

@@ -15,13 +15,13 @@
 use std::collections::HashMap;
 use std::path::{Path, PathBuf};
 
+use super::TrackedFrame;
 use super::camera::{OPENGL, Pose};
 use super::error::{ReadTrackingError, TrackingError};
 use super::flame::{FlameParameters, Shared, fixed, offsets, row};
 use super::json::Name;
 use super::paths::{Reach, existing, files_with, optional, stated};
-use super::transforms::{self, Frame, Optics};
-use super::{Subset, TrackedFrame};
+use super::transforms;
 use crate::arrays::{self, NamedArrays};
 use uvgraft_files::input::Input;
 
@@ -38,33 +38,7 @@ pub(super) fn not_exported(folder: &Path) -> Option<TrackingError> {
 
 pub(super) fn read(folder: &Path) -> Result<Vec<TrackedFrame>, ReadTrackingError> {
     let mut heads = Heads::default();
-    transforms::frames(
-        folder,
-        |index, frame, shared| Found::of(folder, index, frame, shared),
-        |found, _, frame, subset| {
-            let flame = heads.read(&found.parameters)?;
-            found.frame(frame, subset, flame)
-        },
-    )
-}
-
-/// The checked content of a frame; its files are not read yet.
-struct Found {
-    image: PathBuf,
-    mask: Option<PathBuf>,
-    mesh: Option<PathBuf>,
-    parameters: PathBuf,
-    timestep: u32,
-    camera: super::TrackedCamera,
-}
-
-impl Found {
-    fn of(
-        folder: &Path,
-        index: usize,
-        frame: &Frame,
-        shared: &Optics,
-    ) -> Result<Self, TrackingError> {
+    transforms::frames(folder, |index, frame, shared, subset| {
         let path = |name, path: &str| stated(folder, (index, name), path, Reach::Siblings);
         let maybe = |name, found: &Option<String>| match found {
             Some(found) => path(name, found).map(optional),
@@ -74,41 +48,26 @@ impl Found {
         if image.extension().is_none() {
             image.set_extension("png");
         }
-        let nothing = |name| {
+        let parameters = frame.flame_param_path.as_deref().ok_or_else(|| {
             TrackingError::value(
-                name,
+                "flame_param_path",
                 "the path of a file, as VHAP writes it with `param`",
                 "nothing",
             )
-        };
-        let parameters = frame.flame_param_path.as_deref();
-        let parameters = parameters.ok_or_else(|| nothing("flame_param_path"))?;
+        })?;
         let pose = Pose::from_rows("transform_matrix", &frame.transform_matrix)?.inverse();
-        Ok(Self {
-            image,
-            mask: maybe("fg_mask_path", &frame.fg_mask_path)?,
-            mesh: maybe("mesh_path", &frame.mesh_path)?,
-            parameters: path("flame_param_path", parameters)?,
-            timestep: frame
-                .timestep_index
-                .unwrap_or_else(|| u32::try_from(index).unwrap_or(u32::MAX)),
-            camera: pose.with_axes(OPENGL).camera(&frame.optics().intrinsics(shared)?)?,
-        })
-    }
-
-    fn frame(
-        self,
-        frame: Frame,
-        subset: Subset,
-        flame: FlameParameters,
-    ) -> Result<TrackedFrame, ReadTrackingError> {
-        let Self { image, mask, mesh, timestep, camera, .. } = self;
-        let Frame { camera_id, camera_index, .. } = frame;
-        let numbered = || camera_index.unwrap_or(0).to_string();
-        let camera_id = camera_id.map_or_else(numbered, |Name(name)| name);
+        let mask = maybe("fg_mask_path", &frame.fg_mask_path)?;
+        let mesh = maybe("mesh_path", &frame.mesh_path)?;
+        let parameters = path("flame_param_path", parameters)?;
+        let timestep =
+            frame.timestep_index.unwrap_or_else(|| u32::try_from(index).unwrap_or(u32::MAX));
+        let camera = pose.with_axes(OPENGL).camera(&frame.optics().intrinsics(shared)?)?;
+        let flame = heads.read(&parameters)?;
+        let numbered = || frame.camera_index.unwrap_or(0).to_string();
+        let camera_id = frame.camera_id.map_or_else(numbered, |Name(name)| name);
         let image = existing(image)?;
         Ok(TrackedFrame { image, mask, mesh, camera_id, timestep, subset, camera, flame })
-    }
+    })
 }
 
 /// The parameters of time steps, each read once.
@@ -132,10 +91,9 @@ impl Heads {
 
     fn parse(&mut self, arrays: &NamedArrays) -> Result<FlameParameters, TrackingError> {
         let get = |name| row(name, arrays.require(name)?);
-        let static_offset = match arrays.get("static_offset") {
-            Some(array) => Some(self.offset.get(offsets("static_offset", array)?)),
-            None => None,
-        };
+        let static_offset = arrays.get("static_offset");
+        let static_offset =
+            static_offset.map(|array| offsets("static_offset", array)).transpose()?;
         let [a, b, c, d, e, f] = fixed("eyes_pose", &get("eyes_pose")?)?;
         Ok(FlameParameters {
             expression: get("expr")?,
@@ -144,7 +102,7 @@ impl Heads {
             neck: fixed("neck_pose", &get("neck_pose")?)?,
             jaw: Some(fixed("jaw_pose", &get("jaw_pose")?)?),
             eyes: Some([[a, b, c], [d, e, f]]),
-            static_offset,
+            static_offset: static_offset.map(|offset| self.offset.get(offset)),
             ..FlameParameters::at_rest(self.shape.get(get("shape")?))
         })
     }

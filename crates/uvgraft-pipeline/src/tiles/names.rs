@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 use uvgraft::Tile;
 use uvgraft::listing::listed;
 
-use crate::failure::{Blame, Failure, Result};
+use crate::failure::{Blame, Context, Failure, Result};
 
 /// Stands for the number of a tile.
 pub(crate) const PLACEHOLDER: &str = "<UDIM>";
@@ -52,12 +52,11 @@ impl Pattern {
         let folder = self.path.parent().filter(|folder| !folder.as_os_str().is_empty());
         let folder = folder.unwrap_or(Path::new("."));
         let name = self.path.display();
-        let entries = folder.read_dir().or_input().map_err(|failure| {
-            failure.context(format_args!("{name}: cannot read the folder {}", folder.display()))
-        })?;
+        let what = format_args!("{name}: cannot read the folder {}", folder.display());
+        let entries = folder.read_dir().or_input().context(what)?;
         let mut files = BTreeMap::new();
         for entry in entries {
-            let entry = entry.or_input().map_err(|failure| failure.context(&name))?;
+            let entry = entry.or_input().context(&name)?;
             let found = entry.file_name();
             let digits = found
                 .to_str()
@@ -69,8 +68,7 @@ impl Pattern {
             if !path.is_file() {
                 return Err(Failure::input(format!("{}: must be a file", path.display())));
             }
-            let tile: Tile =
-                digits.parse().or_input().map_err(|failure| failure.context(path.display()))?;
+            let tile: Tile = digits.parse().or_input().context(path.display())?;
             files.insert(tile, path);
         }
         if files.is_empty() {

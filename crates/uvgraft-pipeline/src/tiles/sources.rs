@@ -8,7 +8,7 @@ use uvgraft_image::{self as image, Image, WriteOptions};
 
 use super::has_placeholder;
 use super::names::{Pattern, numbered};
-use crate::failure::{Blame, Failure, Result};
+use crate::failure::{Blame, Context, Failure, Result};
 use crate::observer::Observer;
 use crate::texture_transfer::write_failure;
 
@@ -109,9 +109,9 @@ impl TiledSource {
     /// For images that cannot be read, of different sizes, or too large together.
     pub(super) fn join(&self, folder: &Path) -> Result<(TileAtlas, PathBuf)> {
         let (first, size) = self.first_and_size()?;
-        let named = |failure: Failure| failure.context(self.name.display());
+        let name = self.name.display();
         let atlas = TileAtlas::new(self.files.keys().copied().collect(), size);
-        let atlas = atlas.or_input().map_err(named)?;
+        let atlas = atlas.or_input().context(&name)?;
         if self.files.len() == 1 {
             return Ok((atlas, first.clone()));
         }
@@ -122,19 +122,19 @@ impl TiledSource {
         let (icc, encoding) = (images[0].icc.clone(), images[0].texture.encoding());
         let textures: Vec<_> =
             images.into_iter().map(|image| image.texture.converted(channels, depth)).collect();
-        let texture = tile_atlas::stitch(&atlas, &textures).or_input().map_err(named)?;
+        let texture = tile_atlas::stitch(&atlas, &textures).or_input().context(&name)?;
         drop(textures);
         // Formats that keep every value.
-        let name = match (depth, encoding) {
+        let file_name = match (depth, encoding) {
             (Depth::U8 | Depth::U16, _) => "atlas.png",
             (Depth::F32, Encoding::Linear) => "atlas.exr",
             (Depth::F32, _) => "atlas.tiff",
         };
-        let path = folder.join(name);
+        let path = folder.join(file_name);
         let image = Image { texture, icc };
         let written = image::write(&image, &path, &WriteOptions::default());
         // What the atlas cannot keep, such as the ICC profile of an EXR, is not worth a warning.
-        let _ = written.map_err(write_failure).map_err(named)?;
+        let _ = written.map_err(write_failure).context(name)?;
         Ok((atlas, path))
     }
 }

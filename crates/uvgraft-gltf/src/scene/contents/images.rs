@@ -16,7 +16,7 @@ use super::super::images::{bytes, is_ktx2};
 use crate::glb::Ktx2Header;
 
 /// An image of a file.
-#[derive(Debug, Clone, PartialEq, Eq, Serialize)]
+#[derive(Debug, Clone, Default, PartialEq, Eq, Serialize)]
 pub struct ImageContents {
     /// Its name, or the file that it is in.
     pub name: String,
@@ -56,11 +56,8 @@ pub(super) fn images(
         let name = entry["name"].as_str().filter(|name| !name.is_empty()).or(uri);
         let mut found = ImageContents {
             name: name.unwrap_or_default().to_owned(),
-            format: None,
-            size: None,
-            bytes: None,
-            problem: None,
             uses: uses.remove(&number).unwrap_or_default(),
+            ..ImageContents::default()
         };
         match bytes(stored, asset, accessors, &format!("image {number}")) {
             Ok(bytes) => found.describe(&bytes),

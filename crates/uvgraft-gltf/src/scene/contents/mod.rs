@@ -113,13 +113,8 @@ fn read_in(bytes: &[u8], folder: Option<&Path>) -> Result<Contents, SceneError> 
     let hierarchy = Hierarchy::new(document, &geometry::outlines(document)?, None)?;
     let targets: Vec<usize> = hierarchy.nodes.iter().map(|node| node.weights.len()).collect();
     let clips = clip::clips(document, &mut accessors, &targets)?.into_iter();
-    let from_vrm0 = match &document.extensions.vrm0 {
-        Some(vrm0) => {
-            let meshes: Vec<_> = document.nodes.iter().map(|node| node.mesh).collect();
-            Some(vrm0.as_vrm1(&meshes, document.meshes.len())?)
-        }
-        None => None,
-    };
+    let vrm0 = document.extensions.vrm0.as_ref();
+    let from_vrm0 = vrm0.map(|vrm0| vrm0.as_vrm1(document)).transpose()?;
     let vrm = document.extensions.vrm.as_ref();
     let version = vrm.map(|_| "1.0").or(from_vrm0.as_ref().map(|_| "0.x"));
     let vrm = vrm.or(from_vrm0.as_ref());

@@ -6,9 +6,9 @@
 
 use draco_core::{DecodeLimits, DecoderBuffer, Mesh, MeshDecoder};
 
-use super::{Buffers, appended, decoded, slice};
+use super::{Buffers, appended, decoded};
 use crate::scene::budget::{MAX_BYTES, MAX_VERTICES};
-use crate::scene::check::find;
+use crate::scene::check::{find, slice};
 use crate::scene::document::{Document, Draco};
 use crate::scene::error::SceneError;
 

@@ -6,7 +6,7 @@ mod meshopt;
 
 use super::asset::Bytes;
 use super::budget::MAX_BYTES;
-use super::check::too_many;
+use super::check::{slice, too_many};
 use super::document::{BufferView, Document};
 use super::error::SceneError;
 
@@ -44,24 +44,6 @@ fn decoded(total: u64, more: u64) -> Result<u64, SceneError> {
     let total = total.saturating_add(more);
     too_many("decompressed bytes", total, MAX_BYTES)?;
     Ok(total)
-}
-
-/// A checked range of a buffer.
-fn slice<'a>(
-    buffers: &'a [Bytes<'_>],
-    (buffer, offset, length): (u32, u64, u64),
-    place: &str,
-) -> Result<&'a [u8], SceneError> {
-    let bytes = super::check::find(buffers, buffer, "buffer", place)?;
-    let end = offset.checked_add(length).filter(|&end| end <= bytes.len() as u64);
-    let end = end.ok_or_else(|| {
-        let found = bytes.len();
-        let reason = format!(
-            "{length} bytes at offset {offset} exceed buffer {buffer}, which has {found} bytes"
-        );
-        SceneError::content(place, reason)
-    })?;
-    Ok(&bytes[offset as usize..end as usize])
 }
 
 /// Appends a buffer; returns a view of all of it.

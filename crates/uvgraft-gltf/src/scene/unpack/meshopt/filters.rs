@@ -10,15 +10,7 @@
 /// With `z = 1 - |x| - |y|`, points with negative `z` are unfolded: `x` and `y` move towards 0 by
 /// `-z`. The result is normalised.
 pub fn octahedral(bytes: &mut [u8], stride: usize) -> Result<(), String> {
-    let width = match stride {
-        4 => 1,
-        8 => 2,
-        _ => {
-            return Err(format!(
-                "the stride for the filter OCTAHEDRAL must be 4 or 8, got {stride}"
-            ));
-        }
-    };
+    let width = width(stride, "OCTAHEDRAL")?;
     let most = if width == 1 { 127.0 } else { 32_767.0 };
     for element in bytes.chunks_exact_mut(stride) {
         let [x, y, one] = [0, 1, 2].map(|k| get(element, k, width));
@@ -76,11 +68,7 @@ pub fn exponential(bytes: &mut [u8], stride: usize) -> Result<(), String> {
 /// RGBA colours from luma and two differences of chroma (YCoCg) with `K` bits each, and `K - 1` bits of
 /// alpha below a set bit, which tells `K`: elements of four 8-bit or 16-bit integers.
 pub fn color(bytes: &mut [u8], stride: usize) -> Result<(), String> {
-    let width = match stride {
-        4 => 1,
-        8 => 2,
-        _ => return Err(format!("the stride for the filter COLOR must be 4 or 8, got {stride}")),
-    };
+    let width = width(stride, "COLOR")?;
     let largest = if width == 1 { 255.0 } else { 65_535.0 };
     for element in bytes.chunks_exact_mut(stride) {
         let [y, co, cg, alpha] = [0, 1, 2, 3].map(|k| get(element, k, width) as i32);
@@ -97,6 +85,14 @@ pub fn color(bytes: &mut [u8], stride: usize) -> Result<(), String> {
         }
     }
     Ok(())
+}
+
+/// Bytes of a number, in elements of four.
+fn width(stride: usize, filter: &str) -> Result<usize, String> {
+    match stride {
+        4 | 8 => Ok(stride / 4),
+        _ => Err(format!("the stride for the filter {filter} must be 4 or 8, got {stride}")),
+    }
 }
 
 fn get(element: &[u8], index: usize, width: usize) -> f32 {

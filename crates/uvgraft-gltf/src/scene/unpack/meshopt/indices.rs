@@ -160,9 +160,7 @@ pub fn triangles(bytes: &[u8], count: usize, stride: usize) -> Result<Vec<u8>, S
         };
         triangle.into_iter().for_each(|index| store(&mut out, index, stride));
     }
-    if !corners.data.0.is_empty() {
-        return Err(format!("stream has {} excess bytes", corners.data.0.len()));
-    }
+    corners.data.finish()?;
     Ok(out)
 }
 
@@ -187,9 +185,7 @@ pub fn sequence(bytes: &[u8], count: usize, stride: usize) -> Result<Vec<u8>, St
         *last = last.wrapping_add(signed(code >> 1));
         store(&mut out, *last, stride);
     }
-    if !stream.0.is_empty() {
-        return Err(format!("stream has {} excess bytes", stream.0.len()));
-    }
+    stream.finish()?;
     Ok(out)
 }
 

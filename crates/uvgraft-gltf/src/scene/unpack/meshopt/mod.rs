@@ -79,6 +79,14 @@ impl<'a> Stream<'a> {
         }
         Ok(number)
     }
+
+    fn finish(self) -> Result<(), String> {
+        if self.0.is_empty() {
+            Ok(())
+        } else {
+            Err(format!("stream has {} excess bytes", self.0.len()))
+        }
+    }
 }
 
 /// Zigzag decoding: 0, 1, 2, 3, … stand for 0, -1, 1, -2, …

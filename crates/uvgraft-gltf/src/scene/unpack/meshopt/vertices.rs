@@ -148,9 +148,7 @@ pub fn decode(bytes: &[u8], count: usize, stride: usize) -> Result<Vec<u8>, Stri
         }
         last.copy_from_slice(&elements[elements.len() - stride..]);
     }
-    if !stream.0.is_empty() {
-        return Err(format!("stream has {} excess bytes", stream.0.len()));
-    }
+    stream.finish()?;
     Ok(elements)
 }
 

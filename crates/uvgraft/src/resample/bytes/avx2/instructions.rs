@@ -1,9 +1,8 @@
 //! AVX2 instructions that `fearless_simd` does not expose.
 
 use std::arch::x86_64::{
-    __m256i, _mm256_blend_epi16, _mm256_castps_si256, _mm256_castsi256_ps, _mm256_cvtps_epi32,
-    _mm256_madd_epi16, _mm256_mulhrs_epi16, _mm256_packs_epi32, _mm256_packus_epi16,
-    _mm256_permutevar8x32_epi32, _mm256_shuffle_ps,
+    _mm256_blend_epi16, _mm256_cvtps_epi32, _mm256_madd_epi16, _mm256_mulhrs_epi16,
+    _mm256_packs_epi32, _mm256_packus_epi16, _mm256_permutevar8x32_epi32,
 };
 
 use fearless_simd::{Avx2, SimdFrom, f32x8, i16x16, i32x8, u8x32};
@@ -48,20 +47,6 @@ fearless_simd::kernel!(
     #[inline(always)]
     pub fn rounded(avx2: Avx2, numbers: f32x8<Avx2>) -> i32x8<Avx2> {
         i32x8::simd_from(avx2, _mm256_cvtps_epi32(numbers.into()))
-    }
-);
-
-fearless_simd::kernel!(
-    /// Separates the even lanes of two vectors from their odd lanes, within halves (`vshufps`).
-    #[inline(always)]
-    pub fn unzipped(avx2: Avx2, a: i32x8<Avx2>, b: i32x8<Avx2>) -> [i32x8<Avx2>; 2] {
-        let a = _mm256_castsi256_ps(a.into());
-        let b = _mm256_castsi256_ps(b.into());
-        let [low, high]: [__m256i; 2] = [
-            _mm256_castps_si256(_mm256_shuffle_ps::<0b1000_1000>(a, b)),
-            _mm256_castps_si256(_mm256_shuffle_ps::<0b1101_1101>(a, b)),
-        ];
-        [i32x8::simd_from(avx2, low), i32x8::simd_from(avx2, high)]
     }
 );
 
