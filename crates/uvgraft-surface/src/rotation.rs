@@ -9,7 +9,7 @@
 //! registrations enlarge those of a rotation, since points choose partners. With nalgebra's, a face on
 //! a registered body changed by up to 42 levels at half a percent of its texels, and was no closer.
 
-use glam::{DMat3, DVec3};
+use glam::{DMat3, DMat4, DVec3};
 
 /// More sweeps than any 4×4 matrix needs.
 const MAX_SWEEPS: usize = 32;
@@ -79,10 +79,7 @@ impl Correlation {
 /// rotations.
 fn largest_eigenvector(mut a: [[f64; 4]; 4]) -> (f64, [f64; 4]) {
     // The columns converge to the eigenvectors.
-    let mut vectors = [[0.0; 4]; 4];
-    for (k, row) in vectors.iter_mut().enumerate() {
-        row[k] = 1.0;
-    }
+    let mut vectors = DMat4::IDENTITY.to_cols_array_2d();
     for _ in 0..MAX_SWEEPS {
         let mut is_done = true;
         for p in 0..3 {
@@ -99,12 +96,7 @@ fn largest_eigenvector(mut a: [[f64; 4]; 4]) -> (f64, [f64; 4]) {
             break;
         }
     }
-    let mut best = 0;
-    for k in 1..4 {
-        if a[k][k] > a[best][best] {
-            best = k;
-        }
-    }
+    let best = (1..4).fold(0, |best, k| if a[k][k] > a[best][best] { k } else { best });
     (a[best][best], vectors.map(|row| row[best]))
 }
 
