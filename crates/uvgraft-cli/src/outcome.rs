@@ -285,7 +285,7 @@ mod tests {
             warnings: vec!["a".to_owned()],
             written: vec!["h.png".to_owned()],
             text: "1 of 2\n".to_owned(),
-            ..Outcome::new()
+            ..Outcome::default()
         };
         outcome.report = "\n  \"regions\": 3".to_owned();
         let document = |outcome: &Outcome| -> serde_json::Value {
