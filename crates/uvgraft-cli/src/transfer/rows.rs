@@ -5,11 +5,11 @@ use std::io::Write;
 use std::path::{Path, PathBuf};
 use std::time::Duration;
 
-use anyhow::Context;
 use serde::Serialize;
 use uvgraft_pipeline::{Event, Inputs, Outputs, Transfer};
 
 use crate::failure::{OrBadInput, bad_input, message};
+use crate::files::OrCannotWrite;
 
 /// A file of rows, created with the first of them.
 pub(super) struct Rows {
@@ -49,7 +49,7 @@ impl Rows {
     pub(super) fn add(&mut self, event: &Event<'_>) -> anyhow::Result<()> {
         let Some(row) = Row::of(event) else { return Ok(()) };
         let line = serde_json::to_string(&row)? + "\n";
-        self.append(&line).with_context(|| format!("cannot write {}", self.path.display()))
+        self.append(&line).or_cannot_write(&self.path)
     }
 
     fn append(&mut self, line: &str) -> std::io::Result<()> {
