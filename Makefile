@@ -269,6 +269,7 @@ lint:
 	CARGO="$(CARGO)" scripts/check-libraries.sh "$(LIBRARIES)" "$(THREADLESS)$(if $(CXX_FOUND),$(COMMA)$(THREADLESS_NATIVE))"
 	@CARGO="$(CARGO)" scripts/check-wasm.sh "$(LIBRARIES)" "$(THREADLESS)"
 	@CARGO="$(CARGO)" scripts/check-dependencies.sh
+	$(if $(ONE_BUILD),@CARGO="$(CARGO)" scripts/check-one-build.sh "$(FEATURES)" "$(WHEEL_FEATURES)")
 	RUSTDOCFLAGS="-D warnings" $(CARGO) doc --locked --workspace $(FEATURES) --no-deps
 
 # Builds the book in target/book.
